@@ -181,7 +181,7 @@ def test_links_may_be_named_by_a_pattern() -> None:
 
 
 PART_FACTS = [
-    {"touched": "gate.post", "by": "bob"},
+    {"moved": "gate.post", "by": "bob"},
     {"moved": "pin[0]", "by": "flag.hem"},
     {"count": "pin.ring", "equals": 6},
 ]
@@ -197,9 +197,10 @@ def test_a_fact_about_a_part_that_cannot_be_measured_goes_back(fact: dict[str, A
     assert "plan the part as a body of its own" in wrong
 
 
-def test_facts_about_bodies_copies_and_links_pass() -> None:
+def test_facts_about_bodies_copies_links_and_parts_pass() -> None:
     links = [
         {"touched": "arm.hand", "by": "mug"},
+        {"touched": "gate.post", "by": "bob"},
         {"moved": "pin[2]", "by": "bob"},
         {"color": "gate.post", "like": "red"},
     ]
@@ -209,6 +210,11 @@ def test_facts_about_bodies_copies_and_links_pass() -> None:
 def test_a_measure_of_a_part_goes_back_with_the_way_out() -> None:
     (wrong,) = faults(PLAN, checks__measures__lift={"kind": "displacement", "of": "gate.post", "axis": "z"})
     assert "did you mean `gate`?; name a whole body, or plan the part as a body of its own" in wrong
+
+
+def test_contacts_may_name_parts_of_rigid_bodies() -> None:
+    event = {"kind": "contact", "between": ["bob.spike_*", "pin[0]"]}
+    assert faults(PLAN, checks__events__strike=event) == []
 
 
 def test_where_bodies_stand_is_not_known_yet() -> None:

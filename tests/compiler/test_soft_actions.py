@@ -28,6 +28,10 @@ bodies:
     mount: {kind: slider, axis: x, actuator: {stiffness: 400, damping: 40}}
     repeat: {kind: line, count: 3, step: [0.2, 0, 0], start: [-0.2, 0, 2]}
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [2, 0, 1]}}
+  stool:
+    kind: rigid
+    shape: {kind: compound, parts: {leg: {shape: {kind: box, size: [0.1, 0.1, 0.1]}}}}
+    pose: {pos: [3, 0, 1]}
   cube: {kind: soft, shape: {kind: box, size: [0.2, 0.2, 0.2]}, cell: 0.05, pose: {pos: [0, 1, 0.5]}}
   sheet: {kind: cloth, shape: {kind: sheet, size: [0.4, 0.6]}, cell: 0.04, pose: {pos: [0, 0, 1.7], euler_deg: [90, 0, 0]}}
 actions:
@@ -47,6 +51,7 @@ actions:
     rests: {kind: rest, of: ball}
     slap: {kind: contact, between: [ball, sheet]}
     hard: {kind: contact, between: [ball, floor], min_impulse: 2}
+    stands: {kind: contact, between: [stool.leg, floor]}
   controls:
 """
 
@@ -124,6 +129,7 @@ def test_each_event_has_its_words():
         ("rests", "it sees contact between bodies of links, enters, leaves, and threshold"),
         ("slap", "whose contacts the engine does not report"),
         ("hard", "leave out min_impulse"),
+        ("stands", "a program sees no parts (`stool.leg`) while it runs"),
     ],
 )
 def test_what_no_program_sees_is_refused(event, words):

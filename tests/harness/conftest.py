@@ -30,6 +30,7 @@ class WrittenRun:
         self.columns: list[dict[str, Any]] = []
         self.dofs: list[tuple[Any, Any, Any]] = []
         self.contacts: list[tuple[Any, ...]] = []
+        self.parts: list[tuple[int, str]] = []
         self.geometry: dict[str, list[dict[str, Any]]] = {}
         self.soft: list[dict[str, Any]] = []
         self.soft_arrays: list[tuple[np.ndarray, np.ndarray | None, dict[str, Any]]] = []
@@ -98,10 +99,13 @@ class WrittenRun:
         normal: float | None = None,
         depth: float = 0.001,
         pos: Any = (0, 0, 0),
+        parts: tuple[str, str] = ("", ""),
     ) -> None:
-        """Let two links (a < b) touch during steps."""
+        """Let two links (a < b), or named parts of them, touch during steps."""
         size = float(np.linalg.norm(force_on_b)) if normal is None else normal
-        self.contacts += [(int(step), (a, b), tuple(force_on_b), tuple(pos), depth, size) for step in steps]
+        self.parts += [row for row in zip((a, b), parts, strict=True) if row[1] and row not in self.parts]
+        part = tuple(self.parts.index(row) if row[1] else -1 for row in zip((a, b), parts, strict=True))
+        self.contacts += [(int(step), (a, b), tuple(force_on_b), tuple(pos), depth, size, part) for step in steps]
 
     def add_box(self, link: int, half: Any, pos: Any = ORIGIN, quat: Any = IDENTITY) -> None:
         """Give a link a box."""
@@ -153,6 +157,8 @@ class WrittenRun:
         layout = {"dt": self.dt, "every": self.every, "duration": self.duration, "gravity": [0.0, 0.0, -9.81]}
         if self.soft:
             layout["deformables"] = self.soft
+        if self.parts:
+            layout["parts"] = self.parts
         (states / "layout.json").write_text(json.dumps(layout | {"links": self.links, "joints": self.joints}))
         if self.geometry:
             (self.folder / "geometry" / "index.json").write_text(json.dumps(self.geometry))
@@ -201,8 +207,11 @@ class WrittenRun:
             "pos": (3,),
             "penetration": (),
             "normal_force": (),
+            "parts": (2,),
         }
-        types = {"step": np.int32, "links": np.int32}
+        if not self.parts:  # as recordings of older versions
+            del shapes["parts"]
+        types = {"step": np.int32, "links": np.int32, "parts": np.int32}
         return {
             f"contact_{name}": np.array([row[i] for row in rows], types.get(name, np.float32)).reshape(-1, *shape)
             for i, (name, shape) in enumerate(shapes.items())

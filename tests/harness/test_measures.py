@@ -370,8 +370,8 @@ def test_bend_of_hinges_and_balls(new_run, measure):
 
 
 def test_every_kind_has_its_function():
-    of_joints = {"joint_position", "joint_velocity", "joint_force", "bend"}
-    assert {*_PER_TARGET, *_COLLECTIVE, *of_joints} == set(section_kinds(Measure))
+    others = {"joint_position", "joint_velocity", "joint_force", "bend", "difference", "ratio"}
+    assert {*_PER_TARGET, *_COLLECTIVE, *others} == set(section_kinds(Measure))
 
 
 def test_every_kind_answers_what_the_program_asks_of_it():

@@ -76,6 +76,18 @@ def edits_of(section: str, kind: str) -> dict[str, Any]:
         edits["/bodies/ball/pose"] = None
     if section == "expectations":
         edits["/actions/measures/ball_speed"] = {"kind": "speed", "of": "ball"}
+    if kind == "threaded":
+        edits["/bodies/ring"] = {
+            "kind": "rigid",
+            "shape": {"kind": "torus", "radius": 0.1, "bar_radius": 0.02},
+            "repeat": {"kind": "line", "count": 3, "step": [0, 0, 0.1], "start": [4, 0, 0.1]},
+        }
+        edits["/bodies/pole"] = {
+            "kind": "rigid",
+            "shape": {"kind": "cylinder", "radius": 0.03, "height": 0.5},
+            "mount": {"kind": "fixed"},
+            "pose": {"pos": [4, 1, 0.25]},
+        }
     if kind == "leaked":
         edits["/bodies/water"] = {"kind": "liquid", "shape": {"kind": "box", "size": [0.2, 0.2, 0.2]}}
     if section in ("mounts", "repeats"):  # a ball that hangs or is many is not launched

@@ -9,6 +9,19 @@ from text2sim.spec_schema.names.references import check_references
 CONTROL, MEASURE, EVENT, EXPECT = (f"/actions/{part}/it" for part in ("controls", "measures", "events", "expect"))
 LINKS = "/bodies/arm/links"
 SPHERE = {"kind": "sphere", "radius": 0.1}
+CHAIR = {
+    "kind": "rigid",
+    "pose": {"pos": [1, 1, 1]},
+    "shape": {
+        "kind": "compound",
+        "parts": {
+            "seat": {"shape": {"kind": "box", "size": [0.2, 0.2, 0.02]}},
+            "leg_0": {"shape": {"kind": "box", "size": [0.02, 0.02, 0.2]}},
+            "leg_1": {"shape": {"kind": "box", "size": [0.02, 0.02, 0.2]}},
+            "eye": {"shape": SPHERE, "decor": True},
+        },
+    },
+}
 BOX = {"kind": "box", "min": [-1, -1, -1], "max": [1, 1, 1]}
 
 FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
@@ -260,6 +273,39 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
          {MEASURE: {"kind": "extent", "of": "ball", "axis": "z", "stat": "max", "frame": frame}})
         for rule, frame in (("carrier", "brick"), ("unknown-body", "nothing_of_the_kind"))
     ),
+    *(
+        ("no-thread", f"{MEASURE}/{side}", None, {MEASURE: {"kind": "threaded", "of": of, "by": by}})
+        for side, of, by in (
+            ("of", "ball", "brick"),
+            ("of", "arm", "arm.elbow"),
+            ("of", "jelly", "post"),
+            ("by", "drum", "arm.hand"),
+            ("by", "drum", "ball"),
+        )
+    ),
+    *(
+        (rule, f"{MEASURE}/measures{at}", hint, {MEASURE: {"kind": kind, "measures": names}, **more})
+        for rule, at, hint, kind, names, more in (
+            ("unknown-measure", "/1", "height", "ratio", ["ball_speed", "heigt"], {}),
+            ("measure-kind", "", None, "difference", ["ball_speed", "height"], {}),
+            ("measure-kind", "", None, "difference", ["height", "angle"],
+             {"/actions/measures/angle": {"kind": "joint_position", "of": "arm.elbow"}}),
+            ("nested", "/0", None, "ratio", ["other", "height"],
+             {"/actions/measures/other": {"kind": "ratio", "measures": ["ball_speed", "height"]}}),
+        )
+    ),
+    *(
+        (rule, where, hint, {"/bodies/chair": CHAIR, **edits})
+        for rule, where, hint, edits in (
+            ("unknown-link", f"{MEASURE}/of", "chair", {MEASURE: {"kind": "speed", "of": "chair.leg_0"}}),
+            ("unknown-link", f"{MEASURE}/of", "leg_*", {MEASURE: {"kind": "contact_count", "of": "chair.log_*"}}),
+            ("unknown-link", f"{MEASURE}/by", "seat",
+             {MEASURE: {"kind": "contact_force", "of": "ball", "by": "chair.set"}}),
+            ("unknown-link", f"{EVENT}/between/0", None, {EVENT: {"kind": "contact", "between": ["chair.eye", "ball"]}}),
+            ("part", f"{EVENT}/between/0", "chair", {EVENT: {"kind": "contact", "between": ["chair.seat", "jelly"]}}),
+            ("part", f"{MEASURE}/by", "chair", {MEASURE: {"kind": "penetration", "of": "jelly", "by": "chair.seat"}}),
+        )
+    ),
 ]  # fmt: skip
 
 SILENT: list[dict[str, Any]] = [
@@ -281,10 +327,18 @@ SILENT: list[dict[str, Any]] = [
         MEASURE: {"kind": "speed", "of": ["paddle", "ball"], "stat": "max"},
         EVENT: {"kind": "threshold", "measure": "it", "above": 1},
     },
+    {MEASURE: {"kind": "threaded", "of": "drum", "by": ["arm.elbow", "post[0]"]}},
+    {MEASURE: {"kind": "ratio", "measures": ["ball_speed", "height"]}},
+    {
+        MEASURE: {"kind": "difference", "measures": ["height", "slid"]},
+        "/actions/measures/slid": {"kind": "joint_position", "of": "hook[0]"},
+    },
     {EVENT: {"kind": "enters", "of": ["ball", "brick[3]"], "region": BOX}},
     {EVENT: {"kind": "joint_limit", "of": ["hook", "arm.elbow"]}},
     {EVENT: {"kind": "contact", "between": ["paddle", "ball"]}},
     {EVENT: {"kind": "contact", "between": ["brick", "brick"]}},
+    {"/bodies/chair": CHAIR, EVENT: {"kind": "contact", "between": ["chair.leg_*", "floor"]}},
+    {"/bodies/chair": CHAIR, MEASURE: {"kind": "contact_force", "of": ["chair.seat", "ball"], "by": "brick[2]"}},
     {EVENT: {"kind": "joint_limit", "of": "hook"}},
     {CONTROL: {"kind": "attach", "body": "brick", "to": "ball"}},
     {CONTROL: {"kind": "attach", "body": "brick[0:8]", "to": "hook"}},

@@ -32,8 +32,8 @@ Data = dict[str, Any]
 RESERVED_NAMES = (*sorted({*COPY_VARIABLES, NUMBER}), *sorted(RESERVED))
 """Names that expressions reserve, so that no parameter can have them."""
 MODES = get_args(Mode)
-IGNORED_RULES = frozenset({"unknown-attach", "never-released", "no-domain"})
-"""Rules about parts that the Writers will add."""
+IGNORED_RULES = frozenset({"unknown-attach", "never-released", "no-domain", "no-thread"})
+"""Rules about parts and shapes that the Writers will add."""
 DEFINITION_RULES = frozenset({"cannot-fail", "cannot-hold", "contradiction", "dead-event"})
 PART_REMEDY = "; name a whole body, or plan the part as a body of its own or as a link of an `articulated` one"
 MAX_BODIES = 300
@@ -196,6 +196,7 @@ def _stand_in(body: PlannedBody, parts: list[str], k: int, variant: int, loose: 
     step, y, z = ((50.0, 0.0, 40.0), (-7.0, -30.0, -40.0), (0.001, 0.0, 1.0))[variant]  # far, far, all in one place
     place: Data = {"pose": {"pos": [step * (k + 1), y, z]}}
     box = {"kind": "box", "size": [size, size, size]}
+    shape = {"kind": "compound", "parts": {part: {"shape": box} for part in parts}} if parts else box
     if body.count > 1:
         place["repeat"] = {"kind": "line", "count": body.count, "step": [3 * size, 0, 0]}
     used = body.kind if body.kind not in body_kinds() else ""
@@ -204,14 +205,14 @@ def _stand_in(body: PlannedBody, parts: list[str], k: int, variant: int, loose: 
             return {"shape": {"kind": "plane"}}
         used = body.shape if body.shape in _prefab_arguments() and body.shape not in shape_kinds() else ""
         if not used:
-            return {"shape": box, **place}
+            return {"shape": shape, **place}
     if used:
         return {"use": used, **_prefab_arguments()[used], **place}
     if body.kind == "rigid":
         mount = {"kind": body.mount or "free"}
         if mount["kind"] in ("hinge", "slider"):
             mount |= _joint(mount["kind"])
-        return {"kind": "rigid", "shape": box, **place, **({} if loose else {"mount": mount})}
+        return {"kind": "rigid", "shape": shape, **place, **({} if loose else {"mount": mount})}
     if body.kind == "articulated":
         joint = {"kind": "hinge", **_joint("hinge")}
         links: Data = {"root_of_it": {"shape": box}}
@@ -250,7 +251,7 @@ def _prefab_arguments() -> dict[str, Data]:
 
 
 def _named_parts(checks: Fragments, body: str) -> list[str]:
-    """Links and joints of a body that the checks name and its Writer will define."""
+    """Links, joints and parts of a body that the checks name and its Writer will define."""
     words = [*strings_in(checks.measures), *strings_in(checks.events)]
     found = [match for word in words if (match := _PART.fullmatch(word)) is not None and match[1] == body]
     parts = dict.fromkeys(match[2] for match in found if "*" not in match[2])
@@ -290,6 +291,7 @@ def _lint_findings(text: str, path: Path) -> list[Problem]:
 def _without_joints(checks: Fragments) -> Fragments:
     """The checks without those about joints, which loose stand-ins lack."""
     measures = {name: row for name, row in checks.measures.items() if row.get("kind") not in JOINT_MEASURES}
+    measures = {name: row for name, row in measures.items() if {*row.get("measures", ())} <= measures.keys()}
     events = {
         name: row
         for name, row in checks.events.items()

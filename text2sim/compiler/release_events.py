@@ -20,6 +20,7 @@ from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.models.controls import Drive, Release, Remove
 from text2sim.spec_schema.models.scene import Domain
 from text2sim.spec_schema.models.space import BoxRegion, Region, SphereRegion
+from text2sim.spec_schema.names.name_table import touching_parts
 
 AXIS = {"x": 0, "y": 1, "z": 2}
 
@@ -105,6 +106,8 @@ class _Writer:
                     f"`{name}` is about a deformable body, whose contacts the engine does not report; use a "
                     "threshold of a distance or position"
                 )
+            if any(part is not None and touching_parts(copy.model) for copy, part in chosen):
+                raise UnseenError(f"a program sees no parts (`{selector}`) while it runs; name the whole body")
             sets.append(_list([_call("links", _body(copy), part) for copy, part in chosen]))
         return _call("Touch", Code("scene"), *sets)
 

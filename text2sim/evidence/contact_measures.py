@@ -21,8 +21,8 @@ Targets = list[RecordedTarget]
 
 def _sides(recording: RecordedCase, measure: Any) -> tuple[Targets, Targets | None]:
     """Return the targets of `of`, and those of `by`; None for any."""
-    names = recording.names
-    return names.select(measure.of), None if measure.by is None else names.select(measure.by)
+    select = recording.names.select_touching
+    return select(measure.of), None if measure.by is None else select(measure.by)
 
 
 def _contact_rows(recording: RecordedCase, of: Targets, by: Targets | None) -> tuple[Array, Array]:
@@ -35,7 +35,7 @@ def _contact_rows(recording: RecordedCase, of: Targets, by: Targets | None) -> t
         raise MeasureError(f"the engine reports no contacts of deformable bodies ({soft[0]}): measure the `gap`")
     ours = recording.names.groups(of) >= 0
     theirs = np.ones(len(ours), dtype=bool) if by is None else recording.names.groups(by) >= 0
-    first, second = log.links[:, 0], log.links[:, 1]
+    first, second = recording.states.contact_surfaces.T
     forward, backward = ours[first] & theirs[second], ours[second] & theirs[first]
     rows = np.flatnonzero((forward | backward) & (log.frame < recording.states.frames))
     # Forces between two bodies of `of` cancel.

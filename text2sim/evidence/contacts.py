@@ -75,7 +75,10 @@ def choose(rows: Rows, chosen: Array) -> Rows:
 
 @dataclass(frozen=True)
 class ContactLog:
-    """The recorded contacts of a run, one row per pair of links and time step."""
+    """The recorded contacts of a run, one row per pair of surfaces and time step.
+
+    A surface is a link, or a part of a link that is a compound; see `RunStates.surface_links`.
+    """
 
     states: RunStates
     why_not: str = ""
@@ -138,11 +141,11 @@ class ContactLog:
         return np.searchsorted(self.states.steps, self.step, side="left")
 
     def between(self, first: Array, second: Array) -> Touches:
-        """Return the touches between groups of links, given the group number of each link (-1 for none).
+        """Return the touches between groups of surfaces, given the group number of each surface (-1 for none).
 
         Contacts within a group are ignored. A pair named by both sides is listed once, lower number first.
         """
-        a, b = self.links[:, 0], self.links[:, 1]
+        a, b = self.states.contact_surfaces.T
         forward = (first[a] >= 0) & (second[b] >= 0)
         backward = (first[b] >= 0) & (second[a] >= 0) & ~forward
         rows = np.flatnonzero(forward | backward)

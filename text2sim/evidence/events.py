@@ -144,8 +144,8 @@ def _episodes(
     if not recording.contacts.recorded:
         raise EventError(recording.contacts.why_not)
     names = recording.names
-    first = names.select(between[0])
-    second = first if between[0] == between[1] else names.select(between[1])
+    first = names.select_touching(between[0])
+    second = first if between[0] == between[1] else names.select_touching(between[1])
     groups = names.groups(first)
     touches = recording.contacts.between(groups, groups if second is first else names.groups(second))
     return recording.contacts.episodes(touches), first, second
@@ -153,7 +153,7 @@ def _episodes(
 
 def _soft_rows(recording: RecordedCase, between: tuple[str, str]) -> list[Occurrence] | None:
     """Return the touches of two selectors if one selects deformable bodies; None if neither does."""
-    first, second = (recording.names.select(selector) for selector in between)
+    first, second = (recording.names.select_touching(selector) for selector in between)
     if all(target.soft is None for target in (*first, *second)):
         return None
     return soft_episodes(recording, first, second)

@@ -187,7 +187,8 @@ def _touches(recording: RecordedCase) -> tuple[list[Occurrence], dict[str, Any]]
     bodies = list(dict.fromkeys(body_of(t.copy) for t in targets))
     body = np.array([bodies.index(body_of(t.copy)) for t in targets], dtype=np.int64)
     named = np.array([name in _named_with_itself(recording.case) for name in bodies], dtype=bool)
-    touches = log.between(names.copy_of_link, names.copy_of_link)
+    copy_of_surface = names.copy_of_link[recording.states.surface_links]
+    touches = log.between(copy_of_surface, copy_of_surface)
     first, second = body[touches.pair[:, 0]], body[touches.pair[:, 1]]
     listed = (first != second) | named[first]
     hidden = log.count_episodes(choose(touches, ~listed))

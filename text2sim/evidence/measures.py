@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.evidence import contact_measures, soft_measures
+from text2sim.evidence import contact_measures, soft_measures, threading
 from text2sim.evidence.deformation import DeformationError
 from text2sim.evidence.recorded_case import RecordedCase, links_of, soft_of
 from text2sim.evidence.selection import RecordedTarget, SelectionError
@@ -19,13 +19,10 @@ from text2sim.recording.states import Array, JointRecord
 from text2sim.recording.vectors import rotate, rotate_back
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.models.base import AXES
+from text2sim.spec_schema.names.derived_measure_references import JOINT_UNITS
 
+_PAIRS = measures.Difference | measures.Ratio
 _COLUMN = {"x": 0, "y": 1, "z": 2}
-_JOINT_UNITS = {
-    "joint_position": {"hinge": "rad", "slider": "m"},
-    "joint_velocity": {"hinge": "rad/s", "slider": "m/s"},
-    "joint_force": {"hinge": "N m", "slider": "N"},
-}
 
 
 MeasureError = soft_measures.SoftMeasureError
@@ -47,16 +44,32 @@ class Series:
 
 def evaluate(recording: RecordedCase) -> dict[str, Series]:
     """Evaluate every measure of the case, in its order."""
-    found = {}
-    for name, measure in recording.case.actions.measures.items():
+    found: dict[str, Series] = {}
+    all_measures = recording.case.actions.measures
+    for name, measure in sorted(all_measures.items(), key=lambda item: isinstance(item[1], _PAIRS)):
         try:
             with np.errstate(all="ignore"):  # a diverged run holds numbers that overflow
-                values, unit = _value(recording, measure)
+                values, unit = _of_two(measure, found) if isinstance(measure, _PAIRS) else _value(recording, measure)
                 values = _changed(recording.states.time, np.asarray(values, dtype=float), measure.change_from)
             found[name] = Series(name, unit, values)
         except (SelectionError, MeasureError, DeformationError) as error:
             found[name] = Series(name, measure.unit, np.full(recording.states.frames, np.nan), str(error))
-    return found
+    return {name: found[name] for name in all_measures}
+
+
+def _of_two(measure: measures.Difference | measures.Ratio, found: dict[str, Series]) -> tuple[Array, str]:
+    """Difference a - b, or ratio a / b, which has no value where b is 0 and the unit of a over that of b."""
+    for name in measure.measures:
+        if name not in found or found[name].problem:
+            raise MeasureError(f"`{name}`: {found[name].problem if name in found else 'there is no such measure'}")
+    a, b = (found[name] for name in measure.measures)
+    if isinstance(measure, measures.Difference):
+        if a.unit != b.unit:
+            raise MeasureError(f"`{a.name}` is in {a.unit or '1'} and `{b.name}` in {b.unit or '1'}: no difference")
+        return a.values - b.values, a.unit
+    values = np.where(b.values == 0, np.nan, a.values / b.values)
+    below = f"({b.unit})" if " " in b.unit or "/" in b.unit else b.unit
+    return values, "" if a.unit == b.unit else f"{a.unit or 1}/{below}" if below else a.unit
 
 
 def _changed(time: Array, values: Array, since: str | float | None) -> Array:
@@ -78,7 +91,7 @@ def _value(recording: RecordedCase, measure: measures.Measure) -> tuple[Array, s
             named = ", ".join(measure.subjects)
             raise MeasureError(f"{named}: only hinges and sliders have a position (got {', '.join(sorted(kinds))})")
         values = [_joint(recording, measure.kind, joint) for _, joint in joints]
-        unit = _JOINT_UNITS[measure.kind][kinds.pop()]
+        unit = JOINT_UNITS[measure.kind][kinds.pop()]
         values = [
             np.where(recording.gone(joint.body), np.nan, row) for row, (_, joint) in zip(values, joints, strict=True)
         ]
@@ -336,5 +349,6 @@ _COLLECTIVE: dict[str, Callable[[RecordedCase, Any], Array]] = {
     "momentum": _momentum,
     "angular_momentum": _angular_momentum,
     "count_in": _count_in,
+    "threaded": threading.count_threaded,
     **soft_measures.MEASURES,
 }

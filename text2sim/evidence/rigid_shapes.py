@@ -52,7 +52,7 @@ class RigidShapes:
             pos = np.array([float(x) for x in row.get("pos", (0, 0, 0))])
             quat = np.array([float(x) for x in row.get("quat", (1, 0, 0, 0))])
             size = tuple(float(x) for x in row.get("size", ()))
-            kind = str(row.get("kind", "hull"))
+            kind, part = str(row.get("kind", "hull")), str(row.get("part", ""))
         except (TypeError, ValueError):
             return None
         turn = rotate(quat, np.eye(3)).T if quat.shape == (4,) else np.zeros(0)
@@ -60,9 +60,9 @@ class RigidShapes:
             return None
         if kind in _SIZES:
             fits = len(size) == _SIZES[kind] and all(x > 0 for x in size)
-            return LinkSolid(kind, pos, turn, size) if fits else None
+            return LinkSolid(kind, pos, turn, size, part=part) if fits else None
         solid = self._mesh(str(row.get("mesh")))
-        return None if solid is None else replace(solid, pos=pos, turn=turn)
+        return None if solid is None else replace(solid, pos=pos, turn=turn, part=part)
 
     def _read_mesh(self, name: str) -> LinkSolid | None:
         if not MESH_FILE.match(name):  # the name becomes a path

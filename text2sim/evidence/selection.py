@@ -1,7 +1,7 @@
 """Selection of recorded copies, links and joints by a selector of the language."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -9,7 +9,10 @@ import numpy as np
 
 from text2sim.recording.states import Array, JointRecord, RunStates
 from text2sim.spec_schema.models.base import listed
+from text2sim.spec_schema.models.bodies import Body
 from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.models.scene import Static
+from text2sim.spec_schema.names.name_table import touching_parts
 from text2sim.spec_schema.names.selectors import WORLD, body_of, named_by, parse_selector
 
 _Found = TypeVar("_Found")
@@ -24,7 +27,7 @@ class RecordedTarget:
     """Referent of a name: a copy of a body, or one of its links."""
 
     label: str
-    """`ball`, `brick[3]`, `arm.hand`."""
+    """`ball`, `brick[3]`, `arm.hand`, `chair.leg`."""
     copy: str
     """Name of the copy."""
     links: tuple[int, ...]
@@ -35,6 +38,8 @@ class RecordedTarget:
     """Name of the link, if the target is a single one."""
     soft: int | None = None
     """Its number among deformable bodies."""
+    part: str | None = None
+    """Name of the part, if the target is a part of a compound."""
 
 
 @dataclass(frozen=True)
@@ -86,8 +91,11 @@ class RecordedNames:
 
     def touches_soft(self, copy: str) -> bool:
         """Whether a rigid copy is coupled to deformable bodies."""
-        body = self.case.bodies.get(body_of(copy)) or self.case.scene.statics.get(body_of(copy))
-        return getattr(getattr(body, "material", None), "touch_soft", True)
+        return getattr(getattr(self.model_of(copy), "material", None), "touch_soft", True)
+
+    def model_of(self, copy: str) -> Body | Static | None:
+        """Return the model of a copy, with the values that the first copy has."""
+        return self.case.bodies.get(body_of(copy)) or self.case.scene.statics.get(body_of(copy))
 
     def _kind(self, copy: str) -> str:
         body = self.case.bodies.get(body_of(copy))
@@ -102,6 +110,24 @@ class RecordedNames:
             SelectionError: if one of them matches nothing that was recorded.
         """
         return _once(selectors, self._select)
+
+    def select_touching(self, selectors: str | Sequence[str]) -> list[RecordedTarget]:
+        """Return targets as `select` does; selectors may also name parts of rigid compounds (`chair.leg`).
+
+        Raises:
+            SelectionError: if one of them matches nothing that was recorded.
+        """
+        return _once(selectors, self._select_touching)
+
+    def _select_touching(self, selector: str) -> list[RecordedTarget]:
+        chosen, part = self._select_copies(selector)
+        known = touching_parts(self.model_of(chosen[0].copy))
+        if part is None or not known:
+            return self._select(selector)
+        meant = named_by(part, known)
+        if not meant:
+            raise SelectionError(f"{chosen[0].copy} has no part `{part}` (it has {', '.join(known)})")
+        return [replace(target, label=f"{target.copy}.{name}", part=name) for target in chosen for name in meant]
 
     def _select(self, selector: str) -> list[RecordedTarget]:
         chosen, part = self._select_copies(selector)
@@ -174,13 +200,23 @@ class RecordedNames:
         return chosen, wanted.part
 
     def groups(self, targets: Iterable[RecordedTarget]) -> Array:
-        """Return the index of the target that each link belongs to, or -1, shape (L,).
+        """Return the index of the target that each surface belongs to, or -1, shape (L + P,).
 
-        Deformable bodies have no links and do not appear.
+        Surfaces are links, then parts of compounds. Deformable bodies have none and do not appear.
+
+        Raises:
+            SelectionError: if the contacts of a part were not recorded apart from those of its body.
         """
-        group = np.full(len(self.states.links), -1, dtype=np.int64)
+        links = self.states.surface_links
+        group = np.full(len(links), -1, dtype=np.int64)
+        parts: dict[tuple[int, str | None], int] = {
+            row: len(self.states.links) + i for i, row in enumerate(self.states.parts)
+        }
         for number, target in enumerate(targets):
-            group[list(target.links)] = number
+            surface = (target.root, target.part)
+            if target.part is not None and surface not in parts:
+                raise SelectionError(f"this recording does not tell parts of {target.copy} apart: run the case again")
+            group[np.isin(links, target.links) if target.part is None else parts[surface]] = number
         return group
 
 

@@ -32,6 +32,8 @@ class LinkSolid:
     """Vertices of a hull or surface, in its own frame [m], shape (n, 3)."""
     faces: Array | None = None
     """Triangles, shape (m, 3)."""
+    part: str = ""
+    """Part of a compound that it belongs to."""
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:

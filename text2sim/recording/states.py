@@ -97,6 +97,8 @@ class RunStates:
     """[m/s2]"""
     links: tuple[LinkRecord, ...]
     joints: tuple[JointRecord, ...]
+    parts: tuple[tuple[int, str], ...]
+    """Parts of compounds that contacts tell apart: link and name; none in a recording of an older version."""
     chunks: Chunks
     """Chunks that could be read, in order, without a gap."""
     deformables: tuple[RecordedDeformable, ...] = ()
@@ -120,6 +122,7 @@ class RunStates:
             layout = json.loads((folder / "layout.json").read_text("utf-8"))
             links = tuple(_link(index, row) for index, row in enumerate(layout["links"]))
             joints = tuple(_joint(row) for row in layout["joints"])
+            parts = tuple((int(link), str(part)) for link, part in layout.get("parts", ()) if 0 <= link < len(links))
             dt, every = float(layout["dt"]), int(layout["every"])
             x, y, z = (float(v) for v in layout["gravity"])
             soft, soft_sizes, soft_losses = read_deformables(run_dir, layout)
@@ -139,7 +142,8 @@ class RunStates:
         chunks = Chunks(paths)
         bodies = tuple(body.recorded_in(chunks) for body in soft)
         removed = read_removed(folder)
-        return cls(dt, every, (x, y, z), links, joints, chunks, bodies, removed, (*losses, *soft_losses), layout)
+        losses = [*losses, *soft_losses]
+        return cls(dt, every, (x, y, z), links, joints, parts, chunks, bodies, removed, tuple(losses), layout)
 
     @property
     def frames(self) -> int:
@@ -228,6 +232,20 @@ class RunStates:
         """Return one array of the contacts of all steps, without the prefix `contact_`, shape (n, ...)."""
         key = f"contact_{name}"
         return self.chunks.gather(key, tuple(int(n) for n in CONTACT_FIELDS[key]))
+
+    @cached_property
+    def surface_links(self) -> Array:
+        """Links of the surfaces that contacts tell apart: every link, then every part, shape (L + P,)."""
+        return np.array([*range(len(self.links)), *(link for link, _ in self.parts)], dtype=np.int64)
+
+    @cached_property
+    def contact_surfaces(self) -> Array:
+        """Indices of the surfaces of all contacts, shape (n, 2): those of the links where no parts are told apart."""
+        links = self.contact("links").astype(np.int64)
+        parts = self.chunks.gather("contact_parts", (2,)).astype(np.int64)
+        if len(parts) != len(links):
+            return links
+        return np.where((parts >= 0) & (parts < len(self.parts)), len(self.links) + parts, links)
 
     @property
     def _dofs(self) -> int:

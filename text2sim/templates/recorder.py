@@ -148,6 +148,7 @@ class Recorder:
         expected = round(self._duration / self._dt) // self._every + 1
         run = {"dt": self._dt, "every": self._every, "duration": self._duration, "n_frames": expected}
         layout = run | _layout(self._scene, self._bodies, self._link_bodies, self._offsets)
+        layout["parts"] = self._contacts.parts
         _write_geometry(self._solver, self._offsets, self._out / "geometry")
         from solids import write_solids  # it imports this module
 

@@ -1,6 +1,7 @@
 """Writes the collision shapes of rigid bodies, which may differ from what is drawn.
 
-    OUT/geometry/solids.json   link -> solids: kind, pose in the link's frame, size [m] or mesh in geometry/<hash>.npz
+    OUT/geometry/solids.json   link -> solids: kind, pose in the link's frame, size [m] or mesh in geometry/<hash>.npz,
+                               and the part of a compound
 
 Sizes: box: full lengths; sphere: radius; cylinder: radius, height; capsule: radius, length of the straight part.
 Cylinders and capsules lie along z.
@@ -11,6 +12,7 @@ from types import SimpleNamespace
 
 import genesis as gs
 import numpy as np
+from contacts import part_of
 from files import write_json, write_mesh
 from recorder import multiply, rotate
 
@@ -44,6 +46,8 @@ def write_solids(solver, offsets: np.ndarray, folder: Path) -> None:
             row["mesh"] = write_mesh(folder, shape)
         else:
             row["size"] = _size(row["kind"], np.asarray(geom.init_verts, float))
+        if part := part_of(geom):
+            row["part"] = part
         index.setdefault(geom.link.idx, []).append(row)
     write_json(folder / "solids.json", index)
 

@@ -7,6 +7,10 @@ CASE = """\
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, %s]}}
   post: {kind: rigid, shape: {kind: cylinder, radius: 0.1, height: 0.4}, place: {on: floor, at: [0.5, 0]}}
+  stool:
+    kind: rigid
+    shape: {kind: compound, parts: {leg: {shape: {kind: box, size: [0.1, 0.1, 0.1]}}}}
+    place: {on: floor, at: [-0.5, 0]}
 actions:
   measures: {height: {kind: position, of: ball, axis: z}}
   events:
@@ -23,6 +27,7 @@ actions:
     ("height", "event", "said"),
     [
         ("0.1", "{kind: contact, between: [ball, floor]}", "touch from the start"),
+        ("0.1", "{kind: contact, between: [stool.leg, floor]}", ""),
         ("0.11", "{kind: contact, between: [ball, floor]}", ""),
         ("0.1", "{kind: contact, between: [ball, floor], after: other}", ""),
         ("0.2", "{kind: contact, between: [ball, post]}", ""),

@@ -98,7 +98,9 @@ class _Writer:
             moments = " ".join(f"{x:.9g}" for x in own.inertia)  # even very small ones
             ET.SubElement(body, "inertial", mass=f"{own.mass:.9g}", pos=_row(own.center), fullinertia=moments)
         for index, geom in enumerate(link.geoms):
-            self.geom(body, f"{link.name}_{index}", geom)
+            # The recorder reads the part of a compound from the name.
+            part = f"@{geom.piece.part}" if geom.piece.part else ""
+            self.geom(body, f"{link.name}_{index}{part}", geom)
         for index, visual in enumerate(link.visuals):
             self.visual(body, f"{link.name}_look_{index}", visual)
         for child in link.children:

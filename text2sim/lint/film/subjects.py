@@ -13,7 +13,7 @@ Balls = list[tuple[Vec, float]]
 _NAME = re.compile(r"[A-Za-z]\w*")
 NAMING_KEYS = {
     *("body", "joint", "of", "by", "between", "from", "to"),
-    *("measure", "event", "before", "after", "on", "attach"),
+    *("measure", "measures", "event", "before", "after", "on", "attach"),
 }
 """Keys under which the script names bodies, or measures, events and controls that name them."""
 

@@ -38,7 +38,7 @@ def _true_at_start(facts: Facts) -> Iterator[Problem]:
 
 def _contact(facts: Facts, event: Any) -> str:
     pairs = targets_of(facts).pairs(event.between) or []
-    if any(target.link is not None for pair in pairs for target in pair):
+    if any(target.link is not None or target.part is not None for pair in pairs for target in pair):
         return ""
     for a, b in pairs:
         if a.known and b.known and _gap(facts, a.copy, b.copy) <= MAX_TOUCHING_GAP:

@@ -18,7 +18,8 @@ from text2sim.lint.parts import sides
 from text2sim.lint.script.start_values import COLUMN, ROUNDING, start_of
 from text2sim.lint.script.targets import StartTarget, targets_of
 from text2sim.spec_schema.models import measures
-from text2sim.spec_schema.names.measure_references import CONTACT_KINDS
+from text2sim.spec_schema.models.base import listed
+from text2sim.spec_schema.names.measure_references import CONTACT_KINDS, PAIRS
 from text2sim.spec_schema.names.selectors import quoted
 
 JOINT_MEASURES = ("joint_position", "joint_velocity", "joint_force")
@@ -86,6 +87,10 @@ def values_of(facts: Facts, name: str) -> Values:
 def subjects(facts: Facts, measure: Any) -> list[StartTarget]:
     """Return the targets of a measure."""
     found = targets_of(facts)
+    if measure.kind in PAIRS:
+        return [t for name in measure.measures for t in subjects(facts, facts.case.actions.measures[name])]
+    if isinstance(measure, measures.Threaded):
+        return found.select([*measure.subjects, *listed(measure.by)])
     if isinstance(measure, measures.Distance):
         return [target for selector in measure.between for target in found.select(selector)]
     if measure.of is None:
@@ -93,7 +98,22 @@ def subjects(facts: Facts, measure: Any) -> list[StartTarget]:
     return found.select(measure.of)
 
 
+def _of_two(facts: Facts, pair: Any) -> Values:
+    """Return the values of a difference, from those of its measures; of a ratio, only that at the start."""
+    a, b = (values_of(facts, name) for name in pair.measures)
+    if pair.kind == "difference":
+        start = a.start - b.start if a.start is not None and b.start is not None else None
+        why = f"it follows from the bounds of `{pair.measures[0]}` and `{pair.measures[1]}`"
+        return Values(a.low - b.high, a.high - b.low, why, start, a.error + b.error, unit=a.unit)
+    if a.start is None or b.start is None or abs(b.start) <= b.error:
+        return Values()
+    start = a.start / b.start
+    return Values(start=start, error=(a.error + abs(start) * b.error) / abs(b.start))
+
+
 def _values(facts: Facts, measure: Any) -> Values:
+    if measure.kind in PAIRS:
+        return _of_two(facts, measure)
     targets = subjects(facts, measure)
     if not targets:
         return Values()
@@ -138,7 +158,9 @@ def _of_one(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
         return 0.0, fastest, f"a speed is not negative, and the run stops at scene.max_speed ({fastest:g} m/s)"
     if kind in BOUNDS_OF_KIND:
         return BOUNDS_OF_KIND[kind]
-    if kind == "count_in":
+    if kind == "threaded":
+        targets = targets_of(facts).select(measure.of)
+    if kind in ("count_in", "threaded"):
         return 0.0, float(len(targets)), _number_in_words(measure, targets)
     if kind == "pieces":
         return float(len(targets)), inf, f"there are {len(targets)} bodies"

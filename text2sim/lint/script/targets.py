@@ -1,7 +1,7 @@
 """Targets of selectors in the resolved case: copies and links, with their start positions."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 from text2sim.compiler.placing.placement import Copy
@@ -10,6 +10,7 @@ from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.trees.tree import StandingLink, tree_links
 from text2sim.lint.facts import Facts
 from text2sim.spec_schema.models.base import listed
+from text2sim.spec_schema.names.name_table import touching_parts
 from text2sim.spec_schema.names.selectors import named_by
 
 MAX_PAIRS = 2_000
@@ -32,6 +33,8 @@ class StartTarget:
     """Whether any part of it can move."""
     driven: bool
     """Whether its motion is prescribed."""
+    part: str | None = None
+    """Part of a compound, of which only the contacts are known."""
 
     @property
     def origin(self) -> Vec:
@@ -41,7 +44,8 @@ class StartTarget:
     @property
     def label(self) -> str:
         """Its selector."""
-        return self.copy.name if self.link is None else f"{self.copy.name}.{self.link}"
+        part = self.part if self.link is None else self.link
+        return self.copy.name if part is None else f"{self.copy.name}.{part}"
 
 
 class Targets:
@@ -74,11 +78,15 @@ class Targets:
         return [(a, b) for a, b in product(first, second) if a.label != b.label]
 
     def _names(self, copy: Copy, part: str | None) -> list[str | None]:
-        """Return the links that a pattern matches; without a pattern, the link itself, or None for the whole copy."""
+        """Return the links or parts that a pattern matches; without one, the link itself, or None for the copy."""
+        if part is not None and (parts := touching_parts(copy.model)):
+            return [*named_by(part, parts)]
         tree = self.facts.tree(copy) if part is not None and "*" in part else None
         return [part] if tree is None or part is None else [*named_by(part, [link.name for link in tree.links()])]
 
     def _target(self, copy: Copy, part: str | None) -> StartTarget:
+        if part is not None and touching_parts(copy.model):
+            return replace(self._target(copy, None), part=part)
         tree, driven = self.facts.tree(copy), self.facts.mount(copy) == "driven"
         if self.facts.mount(copy) == "soft":  # its solver determines its centre of mass
             return StartTarget(copy, None, None, False, True, True, False)

@@ -5,6 +5,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import model_validator
 
 from text2sim.spec_schema.models.base import AxisName, ByKind, Real, Selector, Selectors, Vec3
+from text2sim.spec_schema.models.derived_measures import Difference, Ratio
 from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.soft_measures import (
     FoldedArea,
@@ -51,7 +52,10 @@ class _OfRegion(_Of):
 
 
 class Position(_OfRegion):
-    """A coordinate of the body's origin [m]; for a deformable body, of its centre of mass."""
+    """A coordinate of the body's origin [m].
+
+    For a deformable body, of its centre of mass.
+    """
 
     kind: Literal["position"]
     unit: ClassVar[str] = "m"
@@ -114,9 +118,9 @@ class AngularVelocity(_Turning):
 
 
 class Turns(_Turning):
-    """Signed number of turns about an axis since the start: 0.5 is half a turn.
+    """Signed number of turns about an axis since the start.
 
-    It is the integral of `angular_velocity`: whole turns add up, for a free body too.
+    0.5 is half a turn. It is the integral of `angular_velocity`: whole turns add up, for a free body too.
     """
 
     kind: Literal["turns"]
@@ -148,7 +152,10 @@ class Bend(_Of):
 
 
 class Displacement(_OfRegion):
-    """Distance [m] of the body's origin (centre of mass, if it deforms) from its start, in the world or in `frame`."""
+    """Distance [m] of the body's origin from its start, in the world or in `frame`.
+
+    Of a body that deforms, that of its centre of mass.
+    """
 
     kind: Literal["displacement"]
     unit: ClassVar[str] = "m"
@@ -220,7 +227,10 @@ class Extent(Measured):
 
 
 class Distance(Measured):
-    """Distance [m] between the origins of two bodies; for several, of the nearest pair."""
+    """Distance [m] between the origins of two bodies.
+
+    For several, of the nearest pair.
+    """
 
     kind: Literal["distance"]
     unit: ClassVar[str] = "m"
@@ -230,7 +240,10 @@ class Distance(Measured):
 
 
 class ContactForce(Measured):
-    """Magnitude [N] of the sum of contact forces on a body (from another, if `by` is given)."""
+    """Magnitude [N] of the sum of contact forces on a body.
+
+    If `by` is given, of those from another.
+    """
 
     kind: Literal["contact_force"]
     unit: ClassVar[str] = "N"
@@ -253,7 +266,10 @@ class ContactCount(Measured):
 
 
 class Penetration(Measured):
-    """Deepest overlap [m] of bodies in contact: of `of` with any body, or with `by`."""
+    """Deepest overlap [m] of bodies in contact.
+
+    It is that of `of` with any body, or with `by`.
+    """
 
     kind: Literal["penetration"]
     unit: ClassVar[str] = "m"
@@ -310,7 +326,10 @@ class AngularMomentum(Measured):
 
 
 class CountIn(Measured):
-    """Number of copies with their origin in a region (which a body carries if it has `moves_with: tray`)."""
+    """Number of copies with their origin in a region.
+
+    A body carries the region if it has `moves_with: tray`.
+    """
 
     kind: Literal["count_in"]
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=True, from_poses=True, instead="")
@@ -318,6 +337,21 @@ class CountIn(Measured):
     """A body and its copies."""
     region: Region
     """The region."""
+
+
+class Threaded(Measured):
+    """Number of rings that a rod passes through.
+
+    The rod's axis pierces the disc that the ring's centre line bounds. Rings are tori and tubes; rods are cylinders,
+    capsules and boxes (along their longest side).
+    """
+
+    kind: Literal["threaded"]
+    traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
+    of: Selectors
+    """A ring or its copies, links or parts of a compound that are rings."""
+    by: Selectors
+    """A rod, likewise; of several, any counts."""
 
 
 Measure = Annotated[
@@ -342,6 +376,9 @@ Measure = Annotated[
     | Momentum
     | AngularMomentum
     | CountIn
+    | Threaded
+    | Difference
+    | Ratio
     | Volume
     | Stretch
     | Strain

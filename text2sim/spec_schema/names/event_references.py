@@ -12,6 +12,7 @@ from text2sim.spec_schema.names.measure_references import (
 )
 from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.reference_cycles import find_cycles
+from text2sim.spec_schema.names.soft_measure_references import check_parts_touched
 from text2sim.spec_schema.text.document import Path
 
 NEVER = "never-released"
@@ -43,9 +44,11 @@ def check_events(table: NameTable) -> None:
 
 def _check_pair(table: NameTable, where: Path, event: events.ContactEvent | events.SeparationEvent) -> None:
     found = [
-        table.find(selector, (*where, "between", index), many=True) for index, selector in enumerate(event.between)
+        table.find(selector, (*where, "between", index), many=True, touching=True)
+        for index, selector in enumerate(event.between)
     ]
     first, second = found
+    check_parts_touched(table, [member for member in found if member is not None])
     if any(member is not None and member.deforms for member in found):
         if isinstance(event, events.ContactEvent) and event.min_impulse > 0:
             message = "the engine reports no forces on deformable bodies, so contacts cannot be filtered by impulse"

@@ -6,13 +6,21 @@ from text2sim.spec_schema.models import events, measures
 from text2sim.spec_schema.models.bodies import Articulated, BallMount, HingeMount, Rigid
 from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.names.control_references import check_joint, joints_of
+from text2sim.spec_schema.names.derived_measure_references import check_pair, check_threaded
 from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.selectors import quoted
-from text2sim.spec_schema.names.soft_measure_references import check_gap, check_other_side, check_soft_measure
+from text2sim.spec_schema.names.soft_measure_references import (
+    check_gap,
+    check_other_side,
+    check_parts_touched,
+    check_soft_measure,
+)
 from text2sim.spec_schema.text.document import Path
 
 JOINT_KINDS = (measures.JointPosition, measures.JointVelocity, measures.JointForce)
 CONTACT_KINDS = ("contact_force", "contact_count", "penetration")
+PAIRS = ("difference", "ratio")
+"""Measures of two other measures."""
 _OF_STATICS = (*CONTACT_KINDS, "position", "extent")
 """Measures that statics may have."""
 
@@ -30,8 +38,15 @@ def check_measures(table: NameTable) -> None:
         if isinstance(measure, measures.Gap):
             check_gap(table, where, measure)
             continue
+        if isinstance(measure, measures.Threaded):
+            check_threaded(table, where, measure)
+            continue
+        if isinstance(measure, measures.Difference | measures.Ratio):
+            check_pair(table, where, measure)
+            continue
+        others: list[Member] = []
         if measure.kind in CONTACT_KINDS:
-            others = table.find_all(getattr(measure, "by", None), (*where, "by"), many=True)
+            others = table.find_all(getattr(measure, "by", None), (*where, "by"), many=True, touching=True)
             check_other_side(table, measure, others)
             # The penetration of deformable bodies comes from the positions of their points.
             sides = [side for side in (measured(table, measure), others) if side]
@@ -42,7 +57,15 @@ def check_measures(table: NameTable) -> None:
             frame = table.find(measure.frame, (*where, "frame"))
             if frame is not None:
                 _check_rigid(table, (*where, "frame"), frame, "can be the frame")
-        members = table.find_all(measure.of, (*where, "of"), joint=isinstance(measure, JOINT_KINDS), many=True)
+        members = table.find_all(
+            measure.of,
+            (*where, "of"),
+            joint=isinstance(measure, JOINT_KINDS),
+            many=True,
+            touching=measure.kind in CONTACT_KINDS,
+        )
+        if measure.kind in CONTACT_KINDS:
+            check_parts_touched(table, [*members, *others])
         fitting = [member for member in members if _check_subject(table, where, measure, member)]
         if isinstance(measure, JOINT_KINDS):
             _check_joints(table, members)
@@ -56,14 +79,24 @@ def measured(table: NameTable, measure: measures.Measure) -> list[Member]:
 
 
 def measured_sides(table: NameTable, measure: measures.Measure) -> list[list[Member]]:
-    """Return the bodies of a measure as `measured` does, those on each side of a distance or gap by themselves."""
+    """Return the bodies of a measure as `measured` does, those on each side of a distance or gap by themselves.
+
+    The sides of a difference or ratio are those of its measures.
+    """
+    if isinstance(measure, measures.Difference | measures.Ratio):
+        known = table.loaded.case.actions.measures
+        plain = [known[name] for name in measure.measures if name in known and known[name].kind not in PAIRS]
+        return [side for each in plain for side in measured_sides(table, each)]
     quiet = NameTable(table.loaded, counts=table.counts)
     sides: Sequence[str | list[str] | None] = (getattr(measure, "of", None),)
     if isinstance(measure, measures.Distance):
         sides = measure.between
     elif isinstance(measure, measures.Gap):
         sides = (measure.of, measure.to)
-    return [quiet.find_all(selectors, (), many=True) for selectors in sides]
+    elif isinstance(measure, measures.Threaded):
+        sides = (measure.of, measure.by)
+    touching = measure.kind in (*CONTACT_KINDS, "threaded")
+    return [quiet.find_all(selectors, (), many=True, touching=touching) for selectors in sides]
 
 
 def check_contacts_recorded(table: NameTable, where: Path) -> None:

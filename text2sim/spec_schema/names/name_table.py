@@ -11,12 +11,24 @@ from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid
 from text2sim.spec_schema.models.placed import Deformable
 from text2sim.spec_schema.models.repeat import Glyphs, Grid, Repeat, RunningBond
 from text2sim.spec_schema.models.scene import Static
-from text2sim.spec_schema.models.shapes import Text
+from text2sim.spec_schema.models.shapes import Compound, Text
 from text2sim.spec_schema.names.selectors import Selection, named_by, parse_selector
 from text2sim.spec_schema.text.document import Path
 
 UNKNOWN_COPIES = 1000
 """Copies of an unread sketch: the largest number of pieces."""
+
+
+def touching_parts(model: Any) -> list[str]:
+    """Return the parts of a rigid compound that have contact, which contact measures and events and `threaded` name.
+
+    Meshes with `collision: decompose` become one in the engine; if there are several, no contact is known to be of one.
+    """
+    shape = getattr(model, "shape", None)
+    if not isinstance(shape, Compound) or isinstance(model, Deformable):
+        return []
+    merged = {name for name, part in shape.solids.items() if getattr(part.shape, "collision", "") == "decompose"}
+    return [name for name in shape.solids if len(merged) < 2 or name not in merged]
 
 
 @dataclass(frozen=True)
@@ -135,7 +147,14 @@ class NameTable:
         return False
 
     def find(
-        self, selector: str, where: Path, *, parts: bool = True, joint: bool = False, many: bool = False
+        self,
+        selector: str,
+        where: Path,
+        *,
+        parts: bool = True,
+        joint: bool = False,
+        many: bool = False,
+        touching: bool = False,
     ) -> Member | None:
         """Return the target of a selector, or report why it has none.
 
@@ -145,6 +164,7 @@ class NameTable:
             parts: Whether it may name a link or joint.
             joint: Whether that is a joint, if links and joints have different names.
             many: Whether a pattern may select several links or joints.
+            touching: Whether it may name a part of a compound, as contacts do.
         """
         chosen = parse_selector(selector)
         model = self.bodies.get(chosen.body) or self.statics.get(chosen.body)
@@ -162,7 +182,10 @@ class NameTable:
                 message = f"only one link is allowed here, and `{chosen.part}` may select many; give the name of one"
                 self.report(where, message, "part-pattern")
                 return None
-            if not self._has_part(chosen.part, chosen.body, model, where, parts):
+            if touching and touching_parts(model):
+                if not self._has_touching_part(chosen.part, chosen.body, model, where):
+                    return None
+            elif not self._has_part(chosen.part, chosen.body, model, where, parts):
                 return None
             if not self._has_known_part(chosen.part, chosen.body, where, joint):
                 return None
@@ -171,7 +194,13 @@ class NameTable:
         return Member(selector, chosen.body, model, count, chosen.part, where)
 
     def find_all(
-        self, selectors: str | list[str] | None, where: Path, *, joint: bool = False, many: bool = False
+        self,
+        selectors: str | list[str] | None,
+        where: Path,
+        *,
+        joint: bool = False,
+        many: bool = False,
+        touching: bool = False,
     ) -> list[Member]:
         """Return the targets of a selector or a list of them, and report each that has none.
 
@@ -180,11 +209,13 @@ class NameTable:
             where: Its path.
             joint: As in `find`.
             many: As in `find`.
+            touching: As in `find`.
         """
-        if isinstance(selectors, list):
-            found = [self.find(each, (*where, k), joint=joint, many=many) for k, each in enumerate(selectors)]
-        else:
-            found = [self.find(selectors, where, joint=joint, many=many)] if selectors is not None else []
+        rows = enumerate(selectors) if isinstance(selectors, list) else [(None, selectors)] if selectors else []
+        found = [
+            self.find(each, where if k is None else (*where, k), joint=joint, many=many, touching=touching)
+            for k, each in rows
+        ]
         return [member for member in found if member is not None]
 
     def each(self, member: Member, *, joint: bool = False) -> list[Member]:
@@ -201,7 +232,7 @@ class NameTable:
             return list(self.parts[name].joints if joint and self.parts[name].joints else self.parts[name].links)
         links = getattr(model, "links", None)
         if not isinstance(links, dict):
-            return []
+            return touching_parts(model)
         return [key for key, link in links.items() if not joint or getattr(link.joint, "kind", "fixed") != "fixed"]
 
     def _counted(self, chosen: Selection, model: Any, copies: int, where: Path) -> bool:
@@ -226,13 +257,26 @@ class NameTable:
             self.report(where, "only a whole body is allowed here", "part", name)
             return False
         if isinstance(model, Static | Driven | Rigid | Deformable):
-            self.report(where, f"`{name}` is one body without links", "unknown-link", name)
+            only = "; only contact measures and events, and `threaded`, name its parts" if touching_parts(model) else ""
+            self.report(where, f"`{name}` is one body without links{only}", "unknown-link", name)
             return False
         if isinstance(model, Articulated) and model.links is not None and not named_by(part, model.links):
             message = f"`{name}` has no link `{part}`" + there_are(model.links)
             self.report(where, message, "unknown-link", _nearest(part, model.links))
             return False
         return True
+
+    def _has_touching_part(self, part: str, name: str, model: Any, where: Path) -> bool:
+        known = touching_parts(model)
+        if named_by(part, known):
+            return True
+        message = f"`{name}` has no part `{part}`"
+        if part in model.shape.parts:
+            drawn = model.shape.parts[part].decor
+            why = "is only drawn (decor: true)" if drawn else "becomes one with others (collision: decompose)"
+            message = f"part `{part}` of `{name}` {why}"
+        self.report(where, message + there_are(known), "unknown-link", _nearest(part, known))
+        return False
 
     def _has_known_part(self, part: str, name: str, where: Path, joint: bool) -> bool:
         """Return whether a link or joint that is not in the case exists, as far as known; report if not."""

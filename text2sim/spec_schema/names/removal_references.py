@@ -55,7 +55,7 @@ def _check_expectations(table: NameTable, name: str, removal: Remove) -> None:
     actions, duration = table.loaded.case.actions, table.loaded.case.scene.duration
     for key, expect in actions.expect.items():
         measure = actions.measures.get(expect.measure or "")
-        if measure is None or removal.at is None or expect.on is not None or measure.kind == "count_in":
+        if measure is None or removal.at is None or expect.on is not None or measure.kind in ("count_in", "threaded"):
             continue
         # A measure has values as long as one body is left, on each side of a distance or gap.
         sides = (side for side in measured_sides(table, measure) if side)

@@ -1,7 +1,7 @@
 """Checks of measures against the kind of body: rigid or deformable."""
 
 from text2sim.spec_schema.models import measures
-from text2sim.spec_schema.names.name_table import Member, NameTable
+from text2sim.spec_schema.names.name_table import Member, NameTable, touching_parts
 from text2sim.spec_schema.text.document import Path
 
 MEASURED_OF: dict[str, tuple[str, ...]] = {
@@ -75,6 +75,15 @@ def check_other_side(table: NameTable, measure: measures.Measure, others: list[M
     for other in others if measure.kind in FORCES else ():
         if other.deforms:
             table.report(other.where, _unreported(other), "contacts-not-recorded")
+
+
+def check_parts_touched(table: NameTable, members: list[Member]) -> None:
+    """Report parts of compounds in contact with deformable bodies, which is found by distances of whole bodies."""
+    soft = next((member.name for member in members if member.deforms), None)
+    for member in members:
+        if soft is not None and member.part is not None and touching_parts(member.model):
+            message = f"contact with `{soft}`, which deforms, is found for whole bodies only: name `{member.name}`"
+            table.report(member.where, message, "part", member.name)
 
 
 def check_gap(table: NameTable, where: Path, gap: measures.Gap) -> None:

@@ -66,6 +66,7 @@ bodies:
 | `arm.hand` | the link or joint `hand` of the articulated body `arm` |
 | `arm[1].hand` | the same, of one copy |
 | `net.x5_*`, `arm.*` | all links or joints with matching names; in measures and contact events |
+| `chair.leg`, `chair.leg_*` | parts of a rigid compound; only in `threaded`, and in contact of rigid bodies |
 | `[brick[3], ball]` | all that the list selects, each once; in `of` of measures and events, `by` and `to` of measures |
 
 A rigid body on a hinge or slider has one joint, with the name of the body. A joint of an articulated body has the name
