@@ -87,9 +87,8 @@ class Batch:
             bsdf: Material instead of its own.
         """
         if self._made is None or self.moves or bsdf is not None:
-            turn = quats_to_matrices(quat)[self._links]
-            vertices = np.einsum("nij,nj->ni", turn, self._vertices) + pos[self._links]
-            normals = np.einsum("nij,nj->ni", turn, self._normals)
+            vertices, _ = self.surface(pos, quat)
+            normals = np.einsum("nij,nj->ni", quats_to_matrices(quat)[self._links], self._normals)
             made = mesh_shape(
                 self.name, bsdf or self._bsdf, vertices, self._faces, normals,
                 colors=self._colors, shades=self._shades, uvs=self._uvs,
@@ -98,6 +97,11 @@ class Batch:
                 return made
             self._made = made
         return self._made
+
+    def surface(self, pos: Array, quat: Array) -> tuple[Array, NDArray[np.integer]]:
+        """Return vertices [m] and triangles for given poses of the links; see `shape`."""
+        turn = quats_to_matrices(quat)[self._links]
+        return np.einsum("nij,nj->ni", turn, self._vertices) + pos[self._links], self._faces
 
 
 def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float = 1.0) -> list[Batch]:

@@ -28,6 +28,7 @@ from text2sim.rendering.supports import COLOR as POSTS
 from text2sim.rendering.supports import supports
 from text2sim.rendering.tone import linear
 from text2sim.rendering.walls import wall_material
+from text2sim.rendering.wetting import Wall
 from text2sim.templates.cadence import frames, reels
 from text2sim.templates.cameras import Cameras, View, basis
 
@@ -91,6 +92,7 @@ class FilmStage:
             self._backdrop["supports"] = painted, material("painted", two_sided=True)
         self._fixed |= {name: make(bsdf) for name, (make, bsdf) in self._backdrop.items()}
         scale = texture_scale(self._stage)
+        self._level_square = [_square(self.backdrop)] if replaced else []
         shown = [part for part in recording.parts if part.body not in replaced]
         self._rigid = batches(shown, recording.statics, scale)
         states = recording.states.soft
@@ -146,8 +148,14 @@ class FilmStage:
         pos, quat = self.recording.states.poses(t)
         around = self.recording.states.around(t)
         shapes: dict[str, Any] = {batch.name: batch.shape(pos, quat) for batch in self._rigid if not batch.is_clear}
+        walls: list[Wall] = []
         if self._soft is not None:
-            shapes |= self._soft.shapes(around)
+            if self._soft.has_liquids:
+                walls = [
+                    *self._level_square,
+                    *(Wall(*batch.surface(pos, quat), batch.is_clear) for batch in self._rigid),
+                ]
+            shapes |= self._soft.shapes(around, walls=walls)
         solid = mitsuba().load_dict(self._fixed | shapes, optimize=False)
         clear = [batch for batch in self._rigid if batch.is_clear]
         skins = self._soft is not None and self._soft.is_clear
@@ -159,9 +167,9 @@ class FilmStage:
         shapes = {batch.name: batch.shape(pos, quat) for batch in clear}
         shapes |= {batch.name: batch.shape(pos, quat, black) for batch in self._rigid if not batch.is_clear}
         if self._soft is not None:
-            clear_skins = self._soft.shapes(around, clear=True) if skins else {}
+            clear_skins = self._soft.shapes(around, clear=True, walls=walls) if skins else {}
             colored |= clear_skins
-            shapes |= self._soft.shapes(around, black) | clear_skins
+            shapes |= self._soft.shapes(around, black, walls=walls) | clear_skins
         filters = mitsuba().load_dict({"type": "scene"} | colored, optimize=False) if colored else None
         shapes |= {name: make(black) for name, (make, _) in self._backdrop.items()}
         # Besides lamps, glass reflects the lit room, which is black here. A dome replaces it, bright above and fading
@@ -218,6 +226,14 @@ class FilmStage:
         clouds = [states.bounds(bodies, float(t)) for t in times] if bodies else []
         points = np.concatenate([np.zeros((0, 3)), *clouds])
         return points[np.isfinite(points).all(axis=1)]
+
+
+def _square(backdrop: dict[str, Any]) -> Wall:
+    """Return the floor that stands for planes of the scene."""
+    x, y = backdrop["center"][:2]
+    side = 2 * float(backdrop["radius"])
+    corners = np.array([(x - side, y - side), (x + side, y - side), (x + side, y + side), (x - side, y + side)])
+    return Wall(np.column_stack([corners, np.full(4, backdrop["level"])]), np.array([(0, 1, 2), (0, 2, 3)]))
 
 
 def _painted(name: str, mesh: RenderMesh, colors: Any, uvs: Any = None) -> Callable[[Any], Any]:

@@ -1,5 +1,6 @@
 """Deformable bodies: bending surfaces, grains, and liquids with a surface that is rebuilt for every frame."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,9 @@ from text2sim.rendering.dressing import Layer, dressed
 from text2sim.rendering.finishes import drawn_finish, finish_of, material, needs_uvs
 from text2sim.rendering.grains import Grains
 from text2sim.rendering.meshes import RenderMesh, boxed_uvs
-from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.rigid import read_picture
 from text2sim.rendering.shapes import filtering, mesh_shape, shaded
+from text2sim.rendering.wetting import Wall, cut_off, wetted
 from text2sim.templates.shading import LETS_GO, Shell, parts_worn, smooth_normals
 from text2sim.templates.soft_states import SoftStates
 from text2sim.templates.streams import flowing
@@ -22,6 +23,8 @@ Around = tuple[int, int, float]
 
 SMOOTHING_LENGTH, CUBE_SIZE = 2.0, 0.7
 """Reach of a particle and edge of the cells of a liquid's surface, in particle radii."""
+LIQUID_OPACITY = 0.4
+"""Largest opacity of the surface of a clear liquid; one sees through two of them."""
 SMOOTHING_ITERATIONS = 20
 """Smoothing iterations of a liquid's surface."""
 
@@ -184,30 +187,54 @@ def hollows(vertices: Array, faces: NDArray[Any]) -> NDArray[np.bool_]:
 
 
 class LiquidSurface:
-    """Particles with a surface around all of them."""
+    """Particles with a surface around all of them.
 
-    is_clear = False
+    A clear liquid is drawn as a tinted skin that does not refract, like clear glass: light would reach what is inside
+    it, or below it, only through refracting surfaces, which a path tracer does not find; a tub of water was black.
+    """
 
     def __init__(self, name: str, part: SoftPart):
+        look = part.look
         self.name, self._spacing = name, float(part.row["spacing"])
-        self._color, _ = shaded(part.look.color, "smooth")
-        clear = part.look.opacity < 1 or finish_of(part.look.finish).kind != "solid"
-        if clear:
-            tint = (0.35 + 0.65 * self._color).tolist()
-            self._bsdf = mitsuba().load_dict({
-                "type": "dielectric", "int_ior": 1.33, "specular_transmittance": {"type": "rgb", "value": tint}
-            })  # fmt: skip
-        else:
-            self._bsdf = material("smooth")
+        self.is_clear = look.opacity < 1 or finish_of(look.finish).kind != "solid"
+        self._color, self._shade = shaded(look.color, "smooth")
+        if self.is_clear:
+            self._shade = filtering(self._color, min(look.opacity, LIQUID_OPACITY))
+        self._bsdf = material("glass" if self.is_clear else "smooth")
 
-    def shapes(self, points: Array, bsdf: Any = None) -> dict[str, Any]:
-        """Return the surface for these particle positions [m]."""
-        vertices, faces = liquid_surface(points, self._spacing / 2)
+    def shapes(self, points: Array, bsdf: Any = None, walls: Sequence[Wall] = ()) -> dict[str, Any]:
+        """Return the surface.
+
+        Args:
+            points: Positions of its particles [m].
+            bsdf: Material instead of its own.
+            walls: Rigid surfaces that it may touch.
+        """
+        wetting = wetted(points, self._spacing, walls)
+        vertices, faces = liquid_surface(wetting.points, self._spacing / 2)
         if not len(faces):
             return {}
+        if len(wetting.points) > len(points):
+            vertices, on = cut_off(vertices, wetting, self._spacing)
+            vertices, faces = _creased(vertices, faces, on)
         normals = smooth_normals(vertices[faces], faces.ravel(), len(vertices))
-        colors = np.broadcast_to(self._color, vertices.shape)
-        return {self.name: mesh_shape(self.name, bsdf or self._bsdf, vertices, faces, normals, colors=colors)}
+        colors, shades = (np.broadcast_to(c, vertices.shape) for c in (self._color, self._shade))
+        made = mesh_shape(self.name, bsdf or self._bsdf, vertices, faces, normals, colors=colors, shades=shades)
+        return {self.name: made}
+
+
+def _creased(vertices: Array, faces: NDArray[Any], on: NDArray[np.bool_]) -> tuple[Array, NDArray[Any]]:
+    """Return a surface whose parts on different walls share no vertices: it is flat there, and has edges between.
+
+    Args:
+        vertices: Vertices [m], shape (v, 3).
+        faces: Triangles, shape (f, 3).
+        on: Whether each vertex lies on one of three walls, shape (v, 3).
+    """
+    flat = on[faces].all(axis=1)
+    group = np.where(flat.any(axis=1), 1 + flat.argmax(axis=1), 0)
+    pairs, faces = np.unique(4 * faces + group[:, None], return_inverse=True)
+    return vertices[pairs // 4], faces.reshape(-1, 3)
 
 
 class SoftBodies:
@@ -236,24 +263,34 @@ class SoftBodies:
             self._figures.append((part, figure))
 
     @property
+    def has_liquids(self) -> bool:
+        """Whether any body is a liquid."""
+        return any(isinstance(figure, LiquidSurface) for _, figure in self._figures)
+
+    @property
     def is_clear(self) -> bool:
         """Whether any part of a body is clear; see `trace`."""
         return any(figure.is_clear for _, figure in self._figures)
 
-    def shapes(self, around: Around, bsdf: Any = None, *, clear: bool = False) -> dict[str, Any]:
+    def shapes(
+        self, around: Around, bsdf: Any = None, *, clear: bool = False, walls: Sequence[Wall] = ()
+    ) -> dict[str, Any]:
         """Return the shapes of all clear or of all other parts between two recorded frames.
 
         Args:
             around: The two frames, and the fraction between them.
             bsdf: Material instead of their own.
             clear: Whether only clear parts are returned, or only others.
+            walls: Rigid surfaces that liquids may touch.
         """
         found: dict[str, Any] = {}
         for (part, figure), mouth in zip(self._figures, self._mouths, strict=True):
             points = self._places(part, around)
             if mouth is not None:
                 points = points[flowing(points, mouth, part.row["spacing"])]
-            if len(points) and (figure.is_clear or not clear):
+            if len(points) and isinstance(figure, LiquidSurface):
+                found |= figure.shapes(points, bsdf, walls) if figure.is_clear == clear else {}
+            elif len(points) and (figure.is_clear or not clear):
                 found |= figure.shapes(points, bsdf, clear=True) if clear else figure.shapes(points, bsdf)
         return found
 

@@ -1,0 +1,68 @@
+"""Liquids are drawn up to the walls that they touch."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from text2sim.rendering.soft import liquid_surface
+from text2sim.rendering.wetting import BEFORE, INSIDE, Wall, cut_off, wetted
+
+SPACING = 0.01
+
+
+def box(low, high):
+    import trimesh
+
+    made = trimesh.creation.box(bounds=[low, high])
+    return Wall(np.asarray(made.vertices), np.asarray(made.faces), clear=True)
+
+
+def block(low, high):
+    """Particles of a block, half a distance within its bounds."""
+    axes = [np.arange(a + SPACING / 2, b, SPACING) for a, b in zip(low, high, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+TANK = [
+    box((-0.3, -0.3, -0.05), (0.3, 0.3, 0.0)),
+    box((-0.3, -0.3, 0.0), (-0.2, 0.3, 0.4)),
+    box((0.2, -0.3, 0.0), (0.3, 0.3, 0.4)),
+    box((-0.2, -0.3, 0.0), (0.2, -0.2, 0.4)),
+    box((-0.2, 0.2, 0.0), (0.2, 0.3, 0.4)),
+]
+
+
+def test_water_that_stands_apart_from_its_tank_fills_it_to_the_corners():
+    water = block((-0.18, -0.18, 0.02), (0.18, 0.18, 0.12))
+    wetting = wetted(water, SPACING, TANK)
+    assert_array_equal(wetting.points[: len(water)], water)
+    assert wetting.points[:, 2].max() == pytest.approx(0.115, abs=1e-9), "the level stays"
+    vertices, faces = liquid_surface(wetting.points, SPACING / 2)
+    cut, on = cut_off(vertices, wetting, SPACING)
+    low, high, before = cut.min(axis=0), cut.max(axis=0), BEFORE * SPACING
+    assert low == pytest.approx(np.add((-0.2, -0.2, 0.0), before), abs=1e-6)
+    assert high[:2] == pytest.approx(np.subtract((0.2, 0.2), before), abs=1e-6)
+    assert np.linalg.norm(cut - low, axis=1).min() < 1e-6, "one vertex lies in the corner"
+    assert on.sum(axis=1).max() == 3
+    a, b, c = cut[faces].transpose(1, 0, 2)
+    volume = np.einsum("fi,fi->f", a, np.cross(b, c)).sum() / 6
+    assert volume == pytest.approx(0.4 * 0.4 * 0.12, rel=0.02)
+
+
+def test_what_is_further_away_is_not_drawn_out():
+    drop = block((-0.02, -0.02, 0.2), (0.02, 0.02, 0.24))
+    for meshes in (TANK, []):
+        wetting = wetted(drop, SPACING, meshes)
+        assert_array_equal(wetting.points, drop)
+        assert np.isnan(wetting.walls).all()
+
+
+def test_a_slope_is_wetted_across_itself():
+    slope = np.array([(-1, -1, -1), (1, -1, 1), (1, 1, 1), (-1, 1, -1)], float) * (0.3, 0.3, 0.3)
+    normal = np.array([-1, 0, 1]) / np.sqrt(2)
+    drop = 0.025 * normal[None]
+    wetting = wetted(drop, SPACING, [Wall(slope, np.array([(0, 1, 2), (0, 2, 3)]))])
+    assert np.sort(wetting.points @ normal) == pytest.approx([-0.015, -0.005, 0.005, 0.015, 0.025], abs=1e-6)
+    walls = wetting.walls[1:]
+    assert np.isfinite(walls).all(axis=2).sum() == 4
+    assert np.nanmax(np.abs(walls[np.isfinite(walls).all(axis=2)] - (*normal, -INSIDE * SPACING))) < 1e-6

@@ -1,0 +1,157 @@
+"""Liquids up to the walls that hold them.
+
+The solver keeps particles about a cell away from rigid surfaces, and a surface around particles is round at its edges.
+Drawn like that, water in a tank looks like a block of jelly that stands between its panes. So particles are added up to
+the walls that a liquid touches and into them, and the surface around all of them is cut off at the walls.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+Array = NDArray[np.floating]
+
+
+class Wall(NamedTuple):
+    """A rigid surface."""
+
+    vertices: Array
+    """Vertices [m], shape (n, 3)."""
+    faces: NDArray[np.integer]
+    """Triangles, counterclockwise from outside, shape (f, 3)."""
+    clear: bool = False
+    """Whether one sees through it."""
+
+
+TOUCHING = 3.2
+"""Distance [particle distances] up to which a liquid touches a surface. It rests two of them away, which is a cell."""
+PAST = 2.0
+"""Distance [particle distances] that added particles go beyond a wall."""
+CLOSE = 0.6
+"""Distance [particle distances] of two particles that count as one."""
+BEFORE, INSIDE = 0.03, 0.15
+"""Distance [particle distances] from a clear wall at which a liquid ends; depth in an opaque one, which hides it."""
+NEAREST, NEAR = 6, 2.0
+"""Number of added particles that tell which walls a vertex is near, and their distance [particle distances] at most."""
+MAX_SAMPLES = 200_000
+"""Points of walls; large faces are divided no further than that."""
+
+
+class Wetting(NamedTuple):
+    """Particles of a liquid, and those added beside and in walls."""
+
+    points: Array
+    """Positions [m], shape (n, 3); the liquid's own come first."""
+    walls: Array
+    """Normal and offset [m] of up to three walls that an added particle fills, shape (n, 3, 4); NaN for none. The
+    liquid is where `normal . x >= offset`."""
+    places: Array
+    """Points at which the liquid ends [m], shape (m, 3)."""
+
+
+def wetted(points: Array, spacing: float, walls: Sequence[Wall]) -> Wetting:
+    """Return the particles of a liquid, and more between them and the surfaces that they touch.
+
+    Args:
+        points: Particles [m], shape (n, 3).
+        spacing: Distance between neighbours [m].
+        walls: Rigid surfaces.
+    """
+    made = Wetting(points, np.full((len(points), 3, 4), np.nan), np.zeros((0, 3)))
+    if not len(points):
+        return made
+    reach = TOUCHING * spacing
+    low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
+    split = [_split(wall.vertices[wall.faces], spacing, low, high) for wall in walls]
+    ends = [np.full(len(made), BEFORE if wall.clear else -INSIDE) for made, wall in zip(split, walls, strict=True)]
+    corners, before = np.concatenate([np.zeros((0, 3, 3)), *split]), np.concatenate([[], *ends]) * spacing
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(cross, axis=1)
+    corners, before, normals = corners[size > 0], before[size > 0], cross[size > 0] / size[size > 0, None]
+    places = corners.mean(axis=1) + before[:, None] * normals  # where the liquid ends
+    # One direction after another, so that what is new beside one wall reaches the next: edges and corners fill, too.
+    axis = np.abs(normals).argmax(axis=1)
+    side = 2 * axis + (np.take_along_axis(normals, axis[:, None], axis=1)[:, 0] < 0)
+    for one in np.unique(side):
+        own = side == one
+        made = _filled(made, spacing, places[own], normals[own], one // 2)
+    return made._replace(places=places)
+
+
+def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the vertices of a surface around particles; those beyond a wall are moved onto it.
+
+    Args:
+        vertices: Vertices [m], shape (v, 3).
+        wetting: The particles, some of them added.
+        spacing: Distance between neighbours [m].
+
+    Returns:
+        The vertices [m], and whether each lies on the wall in each of three slots, (v, 3).
+    """
+    added = np.isfinite(wetting.walls).all(axis=2).any(axis=1)
+    tree, kept = KDTree(wetting.points[added]), np.append(wetting.walls[added], np.full((1, 3, 4), np.nan), axis=0)
+    walls = kept[tree.query(vertices, k=NEAREST, distance_upper_bound=NEAR * spacing)[1]]
+    moved, on = vertices.copy(), np.zeros((len(vertices), 3), bool)
+    rows = np.arange(len(vertices))
+    for slot in range(3):
+        wall = walls[rows, np.isfinite(walls[:, :, slot, 0]).argmax(axis=1), slot]  # the nearest that has one
+        with np.errstate(invalid="ignore"):
+            short = wall[:, 3] - (moved * wall[:, :3]).sum(axis=1)
+        k = np.flatnonzero((short >= 0) & (short <= (PAST + NEAR) * spacing))
+        moved[k] += wall[k, :3] * short[k, None]
+        on[k, slot] = True
+    # Beside an edge, a wall is only an imaginary plane.
+    beside = KDTree(wetting.places).query(moved)[0] > spacing
+    moved[beside], on[beside] = vertices[beside], False
+    return moved, on
+
+
+def _filled(made: Wetting, spacing: float, places: Array, normals: Array, slot: int) -> Wetting:
+    """Return particles with more on the way from them to the walls of one direction, and into these."""
+    points, reach = made.points, TOUCHING * spacing
+    away, nearest = KDTree(places).query(points, distance_upper_bound=reach + spacing)
+    k = np.flatnonzero(np.isfinite(away))
+    normal, place = normals[nearest[k]], places[nearest[k]]
+    gap = ((points[k] - place) * normal).sum(axis=1)
+    near = (gap > 0) & (gap <= reach)
+    k, normal, place, gap = k[near], normal[near], place[near], gap[near]
+    found, sources = [points[:0]], [k[:0]]
+    for step in range(1, math.ceil(TOUCHING + PAST) + 1):
+        left = step * spacing <= gap + PAST * spacing
+        found.append(points[k[left]] - normal[left] * step * spacing)
+        sources.append(np.flatnonzero(left))
+    new, source = np.concatenate(found), np.concatenate(sources)
+    if not len(new):
+        return made
+    free = KDTree(points).query(new)[0] > CLOSE * spacing
+    new, source = new[free], source[free]
+    _, first = np.unique(np.round(new / (CLOSE * spacing)).astype(np.int64), axis=0, return_index=True)
+    new, source = new[np.sort(first)], source[np.sort(first)]
+    walls = made.walls[k[source]]
+    walls[:, slot, :3] = normal[source]
+    walls[:, slot, 3] = (normal[source] * place[source]).sum(axis=1)
+    return Wetting(np.concatenate([points, new]), np.concatenate([made.walls, walls]), made.places)
+
+
+def _split(corners: Array, spacing: float, low: Array, high: Array) -> Array:
+    """Return triangles (f, 3, 3) whose edges are no longer than `spacing`, as far as they reach into a box."""
+    done = [corners[:0]]
+    while True:
+        near = ((corners.max(axis=1) >= low) & (corners.min(axis=1) <= high)).all(axis=1)
+        corners = corners[near]
+        if not len(corners) or sum(map(len, done)) + len(corners) > MAX_SAMPLES:
+            return np.concatenate([*done, corners])
+        edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+        small = edges.max(axis=1) <= spacing
+        done.append(corners[small])
+        corners, edges = corners[~small], edges[~small]
+        # Edge k runs from corner k - 1 to corner k: halve the longest.
+        k, rows = edges.argmax(axis=1), np.arange(len(corners))
+        a, b, c = corners[rows, k - 1], corners[rows, k], corners[rows, (k + 1) % 3]
+        middle = (a + b) / 2
+        corners = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
