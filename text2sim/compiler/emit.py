@@ -33,7 +33,7 @@ COPIED_SOFT = ("filling.py", "soft.py", "skins.py", "soft_states.py", "soft_film
 """Also copied into programs with deformable bodies."""
 MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")
 
-UNRECORDED = ("mass", "bending", "gas", "stream")
+UNRECORDED = ("mass", "bending", "gas", "damping", "stream")
 """Facts of deformable bodies that the recorder does not need."""
 FROM_FILE = ("MJCF", "URDF", "Mesh")
 """Morphs that read a file of the program."""
@@ -113,6 +113,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
     copied += ["bounce.py"] if context["uneven"] else []
     copied += ["cloth_friction.py"] if context["cloth"] else []
     copied += [file for name, (file, _) in OWN_MATERIALS.items() if name in context["own_materials"]]
+    copied += ["cloth_damping.py"] if context["dampings"] else []
     copied += ["gas.py"] if context["gases"] else []
     copied += ["flows.py"] if context["streams"] else []
     copied += ["bending.py"] if context["bending"] else []
@@ -206,6 +207,7 @@ def _context(plan: Plan) -> dict[str, Any]:
         "frictions": plan.frictions,
         "cloth": next((name for name, facts in plan.deformables.items() if facts.solver == "pbd"), None),
         "own_materials": {entity.material for entity in plan.entities} & {*OWN_MATERIALS},
+        "dampings": {name: facts.damping for name, facts in plan.deformables.items() if facts.damping},
         "gases": {name: facts.gas for name, facts in plan.deformables.items() if facts.gas},
         "streams": {name: facts.stream for name, facts in plan.deformables.items() if facts.stream},
         "bending": {name: facts.bending for name, facts in plan.deformables.items() if facts.bending},

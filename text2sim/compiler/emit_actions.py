@@ -88,9 +88,9 @@ def _schedules(plan: Plan) -> Iterable[str]:
 def copied_actions(plan: Plan) -> list[str]:
     """Return the names of the modules that actions of a plan use."""
     soft_velocities = any(row.entity in plan.deformables for row in plan.velocities)
-    gases = any(facts.gas for facts in plan.deformables.values())
+    inner = any(facts.gas or facts.damping for facts in plan.deformables.values())
     needed = {
-        "points.py": bool(gases or plan.holds or plan.pushes or plan.airflows or plan.watches or soft_velocities),
+        "points.py": bool(inner or plan.holds or plan.pushes or plan.airflows or plan.watches or soft_velocities),
         "holds.py": bool(plan.holds),
         "pushes.py": bool(plan.pushes or soft_velocities),
         "airflow.py": bool(plan.airflows),

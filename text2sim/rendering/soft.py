@@ -232,7 +232,7 @@ def _creased(vertices: Array, faces: NDArray[Any], on: NDArray[np.bool_]) -> tup
         on: Whether each vertex lies on one of three walls, shape (v, 3).
     """
     flat = on[faces].all(axis=1)
-    group = np.where(flat.any(axis=1), 1 + flat.argmax(axis=1), 0)
+    group = np.where(flat.sum(axis=1) > 0, 1 + flat.argmax(axis=1), 0)
     pairs, faces = np.unique(4 * faces + group[:, None], return_inverse=True)
     return vertices[pairs // 4], faces.reshape(-1, 3)
 

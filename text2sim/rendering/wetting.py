@@ -93,7 +93,7 @@ def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, N
     Returns:
         The vertices [m], and whether each lies on the wall in each of three slots, (v, 3).
     """
-    added = np.isfinite(wetting.walls).all(axis=2).any(axis=1)
+    added = np.isfinite(wetting.walls[:, :, 0]).sum(axis=1) > 0
     tree, kept = KDTree(wetting.points[added]), np.append(wetting.walls[added], np.full((1, 3, 4), np.nan), axis=0)
     walls = kept[tree.query(vertices, k=NEAREST, distance_upper_bound=NEAR * spacing)[1]]
     moved, on = vertices.copy(), np.zeros((len(vertices), 3), bool)
@@ -116,7 +116,8 @@ def _filled(made: Wetting, spacing: float, places: Array, normals: Array, slot: 
     points, reach = made.points, TOUCHING * spacing
     away, nearest = KDTree(places).query(points, distance_upper_bound=reach + spacing)
     k = np.flatnonzero(np.isfinite(away))
-    normal, place = normals[nearest[k]], places[nearest[k]]
+    there = np.asarray(nearest)[k]
+    normal, place = normals[there], places[there]
     gap = ((points[k] - place) * normal).sum(axis=1)
     near = (gap > 0) & (gap <= reach)
     k, normal, place, gap = k[near], normal[near], place[near], gap[near]

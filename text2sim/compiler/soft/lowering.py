@@ -74,6 +74,7 @@ class SoftLowering:
                 weight,
                 _bending(model, solver),
                 gas_row(copy, self.meshes.folder),
+                model.material.damping or None if solver == "pbd" else None,
                 stream_arguments(copy, spacing),
             ),
         )

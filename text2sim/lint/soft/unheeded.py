@@ -50,7 +50,15 @@ def _soft(facts: Facts, selector: str) -> bool:
 IGNORED_FIELDS = {
     "pbd": (("youngs_modulus", "poisson_ratio", "bending_stiffness"), "stretch_compliance and bending_compliance"),
     "ipc": (
-        ("stretch_compliance", "bending_compliance", "rigidity", "crease_radius", "rest_shape", "air_resistance"),
+        (
+            "stretch_compliance",
+            "bending_compliance",
+            "rigidity",
+            "crease_radius",
+            "rest_shape",
+            "damping",
+            "air_resistance",
+        ),
         "youngs_modulus and bending_stiffness",
     ),
 }

@@ -27,6 +27,7 @@ ONLY_WITH = {
         "rest_shape",
         "pressure",
         "gas_modulus",
+        "damping",
         "air_resistance",
     ),
 }
