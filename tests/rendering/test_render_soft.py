@@ -72,7 +72,7 @@ def test_a_surface_follows_its_vertices(finish: str, *, has_uvs: bool) -> None:
     faces = np.concatenate([np.c_[corner, corner + 1, corner + 6], np.c_[corner, corner + 6, corner + 5]])
     arrays = {"faces": faces} | ({"uvs": sheet[:, :2]} if has_uvs else {})
     surface = SoftSurface("soft0", part("cloth", finish=finish), sheet, arrays)
-    low, high = bounds(surface.shapes(sheet * (1, 1, 0) + (0, 0, 2)))
+    low, high = bounds(surface.shapes(sheet * (1, 1, 0) + (0, 0, 2), sheet))
     assert np.allclose(low, (0, 0, 2), atol=1e-5)
     assert np.allclose(high, (1, 1, 2), atol=1e-5)
 
@@ -87,7 +87,7 @@ def test_a_pattern_lies_on_a_cloth_and_bends_with_it(*, lying: bool) -> None:
     start = flat if lying else flat[:, [0, 2, 1]] @ np.array([[0.8, 0.6, 0], [-0.6, 0.8, 0], [0, 0, 1]])
     dress = Dress("stripes", 1 / 16, (0.0, 0.0, 0.0))
     arrays = {"faces": faces, "uvs": flat[:, :2] / (2, 1)}
-    shape = SoftSurface("soft0", part("cloth", dress=dress), start, arrays).shapes(flat)
+    shape = SoftSurface("soft0", part("cloth", dress=dress), start, arrays).shapes(flat, flat)
     seen = {"type": "orthographic", "film": {"type": "hdrfilm", "width": 64, "height": 64, "rfilter": {"type": "box"}}}
     look = mitsuba().ScalarTransform4f().look_at([1, 0.5, 1], [1, 0.5, 0], [0, 1, 0]).scale([0.5, 0.5, 1])
     scene = {"type": "scene", "light": {"type": "constant"}, "integrator": {"type": "direct"}}
@@ -106,8 +106,29 @@ def test_a_pattern_lies_on_what_deforms_as_on_a_rigid_body() -> None:
                       (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)])  # fmt: skip
     jelly = part("soft", dress=Dress("dots", 0.2))
     jelly.row["solver"] = "mpm"
-    low, high = bounds(SoftSurface("soft0", jelly, corners, {"faces": faces}).shapes(corners * (2, 1, 1)))
-    assert np.allclose([low, high], [(0, 0, 0), (2, 1, 1)], atol=1e-5)
+    surface, longer = SoftSurface("soft0", jelly, corners, {"faces": faces}), corners * (1.1, 1, 1)
+    low, high = bounds(surface.shapes(longer, longer))
+    assert np.allclose([low, high], [(0, 0, 0), (1.1, 1, 1)], atol=1e-5)
+
+
+def test_a_torn_body_is_open_and_shows_its_inside() -> None:
+    """Skin without particles below it is not drawn, however little it is stretched."""
+    import trimesh
+
+    box = trimesh.creation.box((1, 0.35, 0.35)).subdivide_to_size(0.06)
+    at_rest, bar = np.array(box.vertices), part("soft")
+    bar.row["solver"] = "mpm"
+    surface = SoftSurface("soft0", bar, at_rest, {"faces": np.array(box.faces)})
+    particles = HEAP - HEAP.mean(axis=0)
+    filled = np.concatenate([particles + (x, 0, 0) for x in (-0.34, 0, 0.34)])
+    assert surface.whole(at_rest, filled).all()
+    assert list(surface.shapes(at_rest, filled)) == ["soft0_0"]
+    parted = filled[np.abs(filled[:, 0]) > 0.2]
+    drawn = surface.shapes(at_rest, parted)
+    assert set(drawn) == {"soft0_0", "soft0_inside"}
+    middle = at_rest[box.faces].mean(axis=1)[:, 0]
+    whole = surface.whole(at_rest, parted)
+    assert not whole[np.abs(middle) < 0.1].any() and whole[np.abs(middle) > 0.3].all()
 
 
 def test_a_clear_body_shows_its_core_and_no_cavity() -> None:
@@ -122,8 +143,8 @@ def test_a_clear_body_shows_its_core_and_no_cavity() -> None:
     body = SoftPart("it", "soft", row, Path("none"), SurfaceLook((0.9, 0.3, 0.2), opacity=0.4))
     surface = SoftSurface("soft0", body, both, {"faces": faces})
     assert surface.is_clear
-    assert not surface.shapes(both), "nothing of it hides the core"
-    (skin,) = surface.shapes(both, clear=True).values()
+    assert not surface.shapes(both, both), "nothing of it hides the core"
+    (skin,) = surface.shapes(both, both, clear=True).values()
     assert skin.face_count() == 12
 
 

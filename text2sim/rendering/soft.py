@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from text2sim.recording.film_record import SoftPart, SurfaceLook
 from text2sim.rendering.dressing import Layer, dressed
@@ -23,6 +24,10 @@ Around = tuple[int, int, float]
 
 SMOOTHING_LENGTH, CUBE_SIZE = 2.0, 0.7
 """Reach of a particle and edge of the cells of a liquid's surface, in particle radii."""
+SUPPORTED = 1.5
+"""Distance [particle distances] of the skin of an mpm body from its particles beyond which it has torn: at rest 0.9."""
+TORN, BELOW_SKIN = "rubber", 0.75
+"""Finish of torn faces, and the density at which they are drawn."""
 LIQUID_OPACITY = 0.4
 """Largest opacity of the surface of a clear liquid; one sees through two of them."""
 SMOOTHING_ITERATIONS = 20
@@ -78,6 +83,39 @@ class SoftSurface:
                 if one is not None and (worn == k).any()
             ]
         self.is_clear = any(coat.is_clear for coat in self._coats)
+        self._spacing = float(part.row["spacing"])
+
+    def whole(self, vertices: Array, particles: Array) -> NDArray[np.bool_]:
+        """Return which triangles have not torn, shape (f,): particles are below them, and their edges are not too long.
+
+        Args:
+            vertices: Its vertices [m].
+            particles: Its particles [m].
+        """
+        if self._gap is None:
+            return np.ones(len(self._faces), bool)
+        near = np.asarray(KDTree(particles).query(vertices)[0]) <= SUPPORTED * self._spacing
+        return self._shell.whole(vertices, self._gap) & near[self._own][self._faces].all(axis=1)
+
+    def _inside(self, vertices: Array, particles: Array, whole: NDArray[np.bool_], bsdf: Any) -> dict[str, Any]:
+        """Return what shows where its skin has torn: a surface just below it, with the colour of the nearest skin.
+
+        Args:
+            vertices: Its vertices [m].
+            particles: Its particles [m].
+            whole: Which of its triangles have not torn.
+            bsdf: Material instead of that of torn faces.
+        """
+        inner, faces = liquid_surface(particles, self._spacing / 2, BELOW_SKIN)
+        if not len(faces):
+            return {}
+        paint = np.zeros((len(self._own), 3))
+        for coat in self._coats:
+            paint[self._faces[coat.faces].ravel()] = coat.colors[0]
+        skin = np.unique(self._faces[whole]) if whole.any() else np.arange(len(self._own))
+        colors = paint[skin[KDTree(vertices[self._own[skin]]).query(inner)[1]]]
+        normals, name = smooth_normals(inner[faces], faces.ravel(), len(inner)), f"{self.name}_inside"
+        return {name: mesh_shape(name, bsdf or material(TORN), inner, faces, normals, colors=colors)}
 
     def _dressed(self, at_rest: Array, flat: Array | None, look: SurfaceLook, *, textured: bool) -> tuple[Array, Layer]:
         """Return texture coordinates in metres for a pattern, and the layer, which deforms with the body.
@@ -115,10 +153,16 @@ class SoftSurface:
         assert laid.uvs is not None
         return laid.uvs
 
-    def shapes(self, vertices: Array, bsdf: Any = None, *, clear: bool = False) -> dict[str, Any]:
-        """Return the mesh of its clear or of its other parts with these vertices [m]."""
-        normals = self._shell.normals(vertices)[self._corners]
-        whole = True if self._gap is None else self._shell.whole(vertices, self._gap)
+    def shapes(self, vertices: Array, particles: Array, bsdf: Any = None, *, clear: bool = False) -> dict[str, Any]:
+        """Return the mesh of its clear or of its other parts.
+
+        Args:
+            vertices: Its vertices [m].
+            particles: Its particles [m].
+            bsdf: Material instead of its own.
+            clear: Whether only clear parts are returned, or only others.
+        """
+        normals, whole = self._shell.normals(vertices)[self._corners], self.whole(vertices, particles)
         found = {}
         for k, coat in enumerate(self._coats):
             if coat.is_clear != clear or not (drawn := coat.faces & whole).any():
@@ -129,6 +173,8 @@ class SoftSurface:
                 name, bsdf or coat.bsdf, vertices[self._own], self._faces[drawn], normals,
                 colors=color, shades=shade, uvs=self._uvs,
             )  # fmt: skip
+        if not (whole.all() or clear or self.is_clear):
+            found |= self._inside(vertices, particles, whole, bsdf)
         return found
 
 
@@ -290,8 +336,11 @@ class SoftBodies:
                 points = points[flowing(points, mouth, part.row["spacing"])]
             if len(points) and isinstance(figure, LiquidSurface):
                 found |= figure.shapes(points, bsdf, walls) if figure.is_clear == clear else {}
-            elif len(points) and (figure.is_clear or not clear):
-                found |= figure.shapes(points, bsdf, clear=True) if clear else figure.shapes(points, bsdf)
+            elif len(points) and isinstance(figure, SoftSurface) and (figure.is_clear or not clear):
+                particles = self._states.at("soft_points", around)[slice(*part.row["points"])].astype(float)
+                found |= figure.shapes(points, particles, bsdf, clear=clear)
+            elif len(points) and not clear:
+                found |= figure.shapes(points, bsdf)
         return found
 
     def _places(self, part: SoftPart, around: Around) -> Array:
@@ -299,8 +348,14 @@ class SoftBodies:
         return self._states.at(name, around)[slice(*part.row[columns])].astype(float)
 
 
-def liquid_surface(points: Array, radius: float) -> tuple[Array, NDArray[np.integer]]:
-    """Return vertices (n, 3) [m] and triangles (f, 3) of the surface around particles of a radius [m]."""
+def liquid_surface(points: Array, radius: float, threshold: float = 0.6) -> tuple[Array, NDArray[np.integer]]:
+    """Return vertices (n, 3) [m] and triangles (f, 3) of the surface around particles.
+
+    Args:
+        points: Particles [m].
+        radius: Their radius [m].
+        threshold: Density of the surface, relative to that inside: the larger, the deeper it lies.
+    """
     import pysplashsurf
 
     made, _ = pysplashsurf.reconstruction_pipeline(
@@ -308,7 +363,7 @@ def liquid_surface(points: Array, radius: float) -> tuple[Array, NDArray[np.inte
         particle_radius=radius,
         smoothing_length=SMOOTHING_LENGTH,
         cube_size=CUBE_SIZE,
-        iso_surface_threshold=0.6,
+        iso_surface_threshold=threshold,
         mesh_smoothing_weights=True,
         mesh_smoothing_iters=SMOOTHING_ITERATIONS,
         mesh_cleanup=True,
