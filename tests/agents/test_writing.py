@@ -6,7 +6,7 @@ import pytest
 
 from tests.agents.scripted import Scripted, chat, fenced
 from text2sim.agents import language
-from text2sim.agents.assembly import case_text, examine, owner_of
+from text2sim.agents.assembly import case_text, examine, owner_of, section_faults
 from text2sim.agents.conversation import RoleFailed
 from text2sim.agents.replies import CasePlan, PlannedBody, Refer
 from text2sim.agents.roles import ROLES, render, writer_prompt
@@ -58,6 +58,17 @@ def test_errors_of_form_go_back_to_the_writer(tmp_path: Path) -> None:
     assert found["ball"]["shape"]["radius"] == 0.1
     assert "/bodies/ball/shape/radius" in asked[1]
     assert "unknown key `colour`" in asked[1]
+
+
+def test_a_control_may_vary_between_copies_that_are_planned() -> None:
+    """The bodies, with their `repeat`, are written by another at the same time."""
+    grips = PlannedBody(kind="rigid", shape="box", mount="slider", count=2)
+    plan = PLAN.model_copy(update={"bodies": {**PLAN.bodies, "grip": grips}})
+    position = {"kind": "ramp", "to": "${0.2 * i}", "start": 0, "end": 0.4}
+    data = {"controls": {"pull": {"kind": "drive", "joint": "grip[*]", "position": position}}}
+    assert section_faults("actions", data, plan, FILE) == []
+    (wrong,) = section_faults("actions", data, PLAN, FILE)
+    assert "varies between copies" in wrong
 
 
 def test_a_section_may_come_without_its_key(tmp_path: Path) -> None:
