@@ -160,7 +160,7 @@ class Sculpt(Model):
 
     kind: Literal["sculpt"]
     parts: dict[Name, AnySculptPart] = Field(min_length=1, max_length=100)
-    """Parts by name."""
+    """Parts by name, with their copies 100 at most."""
     blend: NonNegative = 0.0
     """Radius [m] of the fillets where parts meet; where surfaces nearly coincide, parts swell by up to 0.4 of it."""
     detail: Length | None = None
