@@ -66,6 +66,13 @@ def test_kept_replies_give_the_table_with_and_without_cards(prompt):
     assert f"| `{prompt}`, once more | {' | '.join(cells)} |" in PAGE
 
 
+def test_two_films_were_drawn_and_judged_once_more():
+    for prompt in ("bread_torn", "buoyant_blocks"):
+        rows = [row for row in RECORDED["refilmed"] if row["prompt"] == prompt]
+        cells = [f"{mean(total(row) for row in rows if row['kind'] == kind):.1f}" for kind in ("physical", "visual")]
+        assert len(rows) == 6 and f"| `{prompt}`, drawn again | {' | '.join(cells)} |" in PAGE
+
+
 ARMS = ("text2sim-with-cards", "text2sim-no-cards", "agent-no-cards")
 KINDS = ("physical", "visual")
 IN_THREE_ARMS = sorted({row["prompt"] for row in RECORDED["arms"]})

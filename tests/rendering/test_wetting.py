@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from text2sim.rendering.soft import liquid_surface
-from text2sim.rendering.wetting import BEFORE, INSIDE, Wall, cut_off, wetted
+from text2sim.rendering.wetting import BEFORE, Wall, cut_off, wetted
 
 SPACING = 0.01
 
@@ -62,7 +62,9 @@ def test_a_slope_is_wetted_across_itself():
     normal = np.array([-1, 0, 1]) / np.sqrt(2)
     drop = 0.025 * normal[None]
     wetting = wetted(drop, SPACING, [Wall(slope, np.array([(0, 1, 2), (0, 2, 3)]))])
-    assert np.sort(wetting.points @ normal) == pytest.approx([-0.015, -0.005, 0.005, 0.015, 0.025], abs=1e-6)
-    walls = wetting.walls[1:]
-    assert np.isfinite(walls).all(axis=2).sum() == 4
-    assert np.nanmax(np.abs(walls[np.isfinite(walls).all(axis=2)] - (*normal, -INSIDE * SPACING))) < 1e-6
+    assert np.sort(wetting.points @ normal) == pytest.approx([-0.005, 0.005, 0.015, 0.025], abs=1e-6)
+    assert np.isnan(wetting.walls).all(), "an opaque wall hides what is in it"
+    wetting = wetted(drop, SPACING, [Wall(slope, np.array([(0, 1, 2), (0, 2, 3)]), clear=True)])
+    assert len(wetting.points) == 5
+    walls = wetting.walls[1:][np.isfinite(wetting.walls[1:]).all(axis=2)]
+    assert len(walls) == 4 and np.abs(walls - (*normal, BEFORE * SPACING)).max() < 1e-6

@@ -2,7 +2,7 @@
 
 The solver keeps particles about a cell away from rigid surfaces, and a surface around particles is round at its edges.
 Drawn like that, water in a tank looks like a block of jelly that stands between its panes. So particles are added up to
-the walls that a liquid touches and into them, and the surface around all of them is cut off at the walls.
+the walls that a liquid touches and into them, and the surface around all of them is cut off at clear walls.
 """
 
 import math
@@ -29,12 +29,13 @@ class Wall(NamedTuple):
 
 TOUCHING = 3.2
 """Distance [particle distances] up to which a liquid touches a surface. It rests two of them away, which is a cell."""
-PAST = 2.0
-"""Distance [particle distances] that added particles go beyond a wall."""
+PAST_CLEAR, PAST_OPAQUE = 2.0, 1.0
+"""Distance [particle distances] that added particles go beyond a wall: a clear one shows the face that is cut off,
+an opaque one hides what is in it, and may be a cell thick."""
 CLOSE = 0.6
 """Distance [particle distances] of two particles that count as one."""
-BEFORE, INSIDE = 0.03, 0.15
-"""Distance [particle distances] from a clear wall at which a liquid ends; depth in an opaque one, which hides it."""
+BEFORE = 0.03
+"""Distance [particle distances] from a clear wall at which a liquid is cut off, for surfaces that coincide flicker."""
 NEAREST, NEAR = 6, 2.0
 """Number of added particles that tell which walls a vertex is near, and their distance [particle distances] at most."""
 MAX_SAMPLES = 200_000
@@ -47,10 +48,10 @@ class Wetting(NamedTuple):
     points: Array
     """Positions [m], shape (n, 3); the liquid's own come first."""
     walls: Array
-    """Normal and offset [m] of up to three walls that an added particle fills, shape (n, 3, 4); NaN for none. The
+    """Normal and offset [m] of up to three clear walls near an added particle, shape (n, 3, 4); NaN for none. The
     liquid is where `normal . x >= offset`."""
     places: Array
-    """Points at which the liquid ends [m], shape (m, 3)."""
+    """Points of clear walls at which the liquid ends [m], shape (m, 3)."""
 
 
 def wetted(points: Array, spacing: float, walls: Sequence[Wall]) -> Wetting:
@@ -67,19 +68,19 @@ def wetted(points: Array, spacing: float, walls: Sequence[Wall]) -> Wetting:
     reach = TOUCHING * spacing
     low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
     split = [_split(wall.vertices[wall.faces], spacing, low, high) for wall in walls]
-    ends = [np.full(len(made), BEFORE if wall.clear else -INSIDE) for made, wall in zip(split, walls, strict=True)]
-    corners, before = np.concatenate([np.zeros((0, 3, 3)), *split]), np.concatenate([[], *ends]) * spacing
+    corners = np.concatenate([np.zeros((0, 3, 3)), *split])
+    clear = np.repeat([wall.clear for wall in walls], [len(part) for part in split]).astype(bool)
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = np.linalg.norm(cross, axis=1)
-    corners, before, normals = corners[size > 0], before[size > 0], cross[size > 0] / size[size > 0, None]
-    places = corners.mean(axis=1) + before[:, None] * normals  # where the liquid ends
+    corners, clear, normals = corners[size > 0], clear[size > 0], cross[size > 0] / size[size > 0, None]
+    places = corners.mean(axis=1) + BEFORE * spacing * normals
     # One direction after another, so that what is new beside one wall reaches the next: edges and corners fill, too.
     axis = np.abs(normals).argmax(axis=1)
     side = 2 * axis + (np.take_along_axis(normals, axis[:, None], axis=1)[:, 0] < 0)
     for one in np.unique(side):
         own = side == one
-        made = _filled(made, spacing, places[own], normals[own], one // 2)
-    return made._replace(places=places)
+        made = _filled(made, spacing, places[own], normals[own], clear[own], one // 2)
+    return made._replace(places=places[clear])
 
 
 def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, NDArray[np.bool_]]:
@@ -93,6 +94,8 @@ def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, N
     Returns:
         The vertices [m], and whether each lies on the wall in each of three slots, (v, 3).
     """
+    if not len(wetting.places):
+        return vertices, np.zeros((len(vertices), 3), bool)
     added = np.isfinite(wetting.walls[:, :, 0]).sum(axis=1) > 0
     tree, kept = KDTree(wetting.points[added]), np.append(wetting.walls[added], np.full((1, 3, 4), np.nan), axis=0)
     walls = kept[tree.query(vertices, k=NEAREST, distance_upper_bound=NEAR * spacing)[1]]
@@ -102,7 +105,7 @@ def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, N
         wall = walls[rows, np.isfinite(walls[:, :, slot, 0]).argmax(axis=1), slot]  # the nearest that has one
         with np.errstate(invalid="ignore"):
             short = wall[:, 3] - (moved * wall[:, :3]).sum(axis=1)
-        k = np.flatnonzero((short >= 0) & (short <= (PAST + NEAR) * spacing))
+        k = np.flatnonzero((short >= 0) & (short <= (PAST_CLEAR + NEAR) * spacing))
         moved[k] += wall[k, :3] * short[k, None]
         on[k, slot] = True
     # Beside an edge, a wall is only an imaginary plane.
@@ -111,19 +114,22 @@ def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, N
     return moved, on
 
 
-def _filled(made: Wetting, spacing: float, places: Array, normals: Array, slot: int) -> Wetting:
+def _filled(
+    made: Wetting, spacing: float, places: Array, normals: Array, clear: NDArray[np.bool_], slot: int
+) -> Wetting:
     """Return particles with more on the way from them to the walls of one direction, and into these."""
     points, reach = made.points, TOUCHING * spacing
     away, nearest = KDTree(places).query(points, distance_upper_bound=reach + spacing)
     k = np.flatnonzero(np.isfinite(away))
     there = np.asarray(nearest)[k]
-    normal, place = normals[there], places[there]
+    normal, place, glassy = normals[there], places[there], clear[there]
     gap = ((points[k] - place) * normal).sum(axis=1)
     near = (gap > 0) & (gap <= reach)
-    k, normal, place, gap = k[near], normal[near], place[near], gap[near]
+    k, normal, place, gap, glassy = k[near], normal[near], place[near], gap[near], glassy[near]
+    past = np.where(glassy, PAST_CLEAR, PAST_OPAQUE) * spacing
     found, sources = [points[:0]], [k[:0]]
-    for step in range(1, math.ceil(TOUCHING + PAST) + 1):
-        left = step * spacing <= gap + PAST * spacing
+    for step in range(1, math.ceil(TOUCHING + PAST_CLEAR) + 1):
+        left = step * spacing <= gap + past
         found.append(points[k[left]] - normal[left] * step * spacing)
         sources.append(np.flatnonzero(left))
     new, source = np.concatenate(found), np.concatenate(sources)
@@ -134,8 +140,9 @@ def _filled(made: Wetting, spacing: float, places: Array, normals: Array, slot: 
     _, first = np.unique(np.round(new / (CLOSE * spacing)).astype(np.int64), axis=0, return_index=True)
     new, source = new[np.sort(first)], source[np.sort(first)]
     walls = made.walls[k[source]]
-    walls[:, slot, :3] = normal[source]
-    walls[:, slot, 3] = (normal[source] * place[source]).sum(axis=1)
+    cut = glassy[source]
+    walls[cut, slot, :3] = normal[source][cut]
+    walls[cut, slot, 3] = (normal[source] * place[source]).sum(axis=1)[cut]
     return Wetting(np.concatenate([points, new]), np.concatenate([made.walls, walls]), made.places)
 
 
