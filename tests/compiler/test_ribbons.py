@@ -8,9 +8,13 @@ from numpy.testing import assert_allclose
 
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.geometry import pieces
+from text2sim.compiler.shapes.regions import RegionError
 from text2sim.compiler.shapes.ribbons import course, ribbon_length
 from text2sim.compiler.shapes.rotation import IDENTITY, quat_rotate
+from text2sim.compiler.shapes.sagging import end_region
 from text2sim.compiler.shapes.softmesh import hull_area, soft_surface
+from text2sim.compiler.soft.regions import region_finder
+from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.sheets import Ribbon
 
 ARC = [(0.3 * cos(a), 0.0, 0.3 * sin(a)) for a in np.linspace(pi, 0, 9)]
@@ -80,3 +84,20 @@ def test_boxes_stand_for_it_that_follow_its_course(tmp_path):
 def test_points_that_coincide_are_refused():
     with pytest.raises(ValueError, match="points 1 and 2 coincide"):
         ribbon([(0, 0, 0), (1, 0, 0), (1, 0, 0)])
+
+
+def test_its_ends_are_edges_wherever_they_are() -> None:
+    """The first end of a bow is not what lies furthest to the left."""
+    bow = ribbon(
+        [(-0.1, 0, -0.3), (0, 0, 0), (-0.4, 0, 0.1), (0, 0, 0.2), (0.4, 0, 0.1), (0.05, 0.1, 0), (0.1, 0, -0.3)]
+    )
+    box = end_region(bow, BodyRegion(edge="left"), 0.01).box
+    assert box is not None
+    assert_allclose(box.min, (-0.11, -0.035, -0.31), atol=5e-3)
+    assert_allclose(box.max, (-0.09, 0.035, -0.29), atol=5e-3)
+
+
+def test_a_flat_ribbon_has_no_top_edge(tmp_path) -> None:
+    flat = ribbon([(-0.5, 0, 0), (0, 0.1, 0), (0.5, 0, 0)])
+    with pytest.raises(RegionError, match="it is flat, and has no top"):
+        region_finder(BodyRegion(edge="top"), flat, 0.02, "pbd", tmp_path)

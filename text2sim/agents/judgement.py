@@ -6,6 +6,9 @@ from pydantic import AfterValidator, Field, StringConstraints, ValidationError, 
 
 from text2sim.agents.replies import Answer, Line, Lines, Name, Where
 
+MAX_PATCHES = 10
+"""Largest number of patches in a judgement."""
+
 Cites = Annotated[list[Annotated[str, StringConstraints(max_length=120)]], Field(max_length=20)]
 
 
@@ -104,7 +107,7 @@ class Amendment(Answer):
 
     requirements: dict[Name, Mark] = {}
     failures: Annotated[list[Failure], Field(max_length=20)] = []
-    patches: Annotated[list[Patch], Field(max_length=10)] = []
+    patches: Annotated[list[Patch], Field(max_length=MAX_PATCHES)] = []
     refused: Lines = []
 
     @model_validator(mode="before")
@@ -118,8 +121,11 @@ def _with_usable_patches(data: dict[str, Any]) -> dict[str, Any]:
     if not isinstance(rows := data.get("patches"), list):
         return data
     usable: list[Any] = []
-    refused: list[Any] = list(data.get("refused") or ())
+    refused: list[str] = []
     for number, row in enumerate(rows, 1):
+        if len(usable) == MAX_PATCHES:
+            refused.append(f"patch {number}: a judgement has at most {MAX_PATCHES}")
+            continue
         try:
             Patch.model_validate(row)
         except ValidationError as error:

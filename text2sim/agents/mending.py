@@ -131,7 +131,7 @@ class Mending:
             base: The text before they did; by default that of the attempt.
 
         Returns:
-            The result of the check of what was adopted; None if nothing was.
+            The result of the check of what was adopted; None if the text before has errors, too, and so nothing was.
         """
         base = attempt.text if base is None else base
         kept, adopted = self._hold_together(base, text)

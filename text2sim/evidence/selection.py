@@ -214,7 +214,7 @@ class RecordedNames:
         }
         for number, target in enumerate(targets):
             surface = (target.root, target.part)
-            if target.part is not None and surface not in parts:
+            if target.part is not None and (surface not in parts or not self.states.tells_parts):
                 raise SelectionError(f"this recording does not tell parts of {target.copy} apart: run the case again")
             group[np.isin(links, target.links) if target.part is None else parts[surface]] = number
         return group

@@ -239,11 +239,19 @@ class RunStates:
         return np.array([*range(len(self.links)), *(link for link, _ in self.parts)], dtype=np.int64)
 
     @cached_property
+    def _contact_parts(self) -> Array:
+        return self.chunks.gather("contact_parts", (2,)).astype(np.int64)
+
+    @property
+    def tells_parts(self) -> bool:
+        """Whether all of its contacts tell parts of compounds apart, which those of old versions do not."""
+        return len(self._contact_parts) == len(self.contact("links"))
+
+    @cached_property
     def contact_surfaces(self) -> Array:
         """Indices of the surfaces of all contacts, shape (n, 2): those of the links where no parts are told apart."""
-        links = self.contact("links").astype(np.int64)
-        parts = self.chunks.gather("contact_parts", (2,)).astype(np.int64)
-        if len(parts) != len(links):
+        links, parts = self.contact("links").astype(np.int64), self._contact_parts
+        if not self.tells_parts:
             return links
         return np.where((parts >= 0) & (parts < len(self.parts)), len(self.links) + parts, links)
 

@@ -31,6 +31,9 @@ ENCLOSING = 1.5
 """Edge of the cells that hide a particle if all around it are occupied, in particle distances."""
 MAX_GRAINS = 400_000
 """Largest number of grains drawn for a body."""
+OUTSIDE, BEYOND = 1.0, 0.3
+"""Percentage of grains on each side that count as flown away where they are further out than this fraction of the width
+of the others."""
 SOFTENED, CELLS = 2.0, 96
 """Distance [particle distances] over which the surface is smoothed to find where it faces, and largest number of cells
 along a side for that."""
@@ -96,20 +99,26 @@ def surface_normals(points: Array, spacing: float) -> Array:
         points: Positions of the particles [m], shape (n, 3).
         spacing: Particle distance [m].
     """
-    wide = float(np.ptp(points, axis=0).max()) / spacing
+    # Single grains that fly away do not coarsen the grid; where it ends, they face upward.
+    low, high = np.percentile(points, OUTSIDE, axis=0), np.percentile(points, 100 - OUTSIDE, axis=0)
+    wide = float((high - low).max()) * (1 + BEYOND) / spacing
     # In the world's grid, and in steps, so that the light on a heap at rest does not change.
     edge = spacing * 2.0 ** np.ceil(np.log2(max(wide / CELLS, 1.0)))
+    margin, room = int(np.ceil(3 * SOFTENED)) + 1, BEYOND * (high - low) + 4 * spacing
+    first, last = np.floor((low - room) / edge).astype(np.int64), np.floor((high + room) / edge).astype(np.int64)
     cells = np.floor(points / edge).astype(np.int64)
-    margin = int(np.ceil(3 * SOFTENED)) + 1
-    cells += margin - cells.min(axis=0)
-    size = tuple(cells.max(axis=0) + margin + 1)
-    filled = np.bincount(np.ravel_multi_index(tuple(cells.T), size), minlength=int(np.prod(size))).reshape(size)
+    first, last = np.maximum(first, cells.min(axis=0)), np.minimum(last, cells.max(axis=0))
+    lone = ((cells < first) | (cells > last)).any(axis=1)
+    cells = np.clip(cells, first, last) + margin - first
+    size = tuple(last - first + 2 * margin + 1)
+    filled = np.bincount(np.ravel_multi_index(tuple(cells[~lone].T), size), minlength=int(np.prod(size))).reshape(size)
     dense = gaussian_filter(np.minimum(filled, 1).astype(np.float32), SOFTENED * spacing / edge, truncate=3.0)
     sides: Any = np.gradient(dense)
     slope = -np.stack([side[tuple(cells.T)] for side in sides], axis=1).astype(float)
     slope[:, 2] = np.maximum(slope[:, 2], 0.0)  # a heap ends on the ground, which is no surface to be seen
     length = np.linalg.norm(slope, axis=1, keepdims=True)
-    return np.where(length > 1e-6, slope / np.maximum(length, 1e-6), (0.0, 0.0, 1.0))
+    known = (length > 1e-6) & ~lone[:, None]
+    return np.where(known, slope / np.maximum(length, 1e-6), (0.0, 0.0, 1.0))
 
 
 def _ellipsoids(centers: Array, sizes: Array, ways: Array, bsdf: Any) -> Any:

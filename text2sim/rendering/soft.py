@@ -24,8 +24,9 @@ Around = tuple[int, int, float]
 
 SMOOTHING_LENGTH, CUBE_SIZE = 2.0, 0.7
 """Reach of a particle and edge of the cells of a liquid's surface, in particle radii."""
-SUPPORTED = 1.5
-"""Distance [particle distances] of the skin of an mpm body from its particles beyond which it has torn: at rest 0.9."""
+SUPPORTED, LIFTED = 1.5, 0.6
+"""Distance [particle distances] from its particles at which the skin of an mpm body has torn, and by how much it has
+grown since the start: in thin parts and at sharp corners it is larger from the beginning."""
 TORN, BELOW_SKIN = "rubber", 0.75
 """Finish of torn faces, and the density at which they are drawn."""
 LIQUID_OPACITY = 0.4
@@ -43,9 +44,18 @@ class SoftSurface:
         at_rest: Its vertices at rest [m], shape (n, 3).
         arrays: Its triangles and texture coordinates.
         texture_scale: Factor on the lengths that textures of finishes cover.
+        particles: Its particles at rest [m]; its vertices if None.
     """
 
-    def __init__(self, name: str, part: SoftPart, at_rest: Array, arrays: dict[str, Array], texture_scale: float = 1.0):
+    def __init__(
+        self,
+        name: str,
+        part: SoftPart,
+        at_rest: Array,
+        arrays: dict[str, Array],
+        texture_scale: float = 1.0,
+        particles: Array | None = None,
+    ):
         self.name, look = name, part.look
         shell = Shell(at_rest, arrays["faces"])
         self._shell = shell
@@ -84,6 +94,7 @@ class SoftSurface:
             ]
         self.is_clear = any(coat.is_clear for coat in self._coats)
         self._spacing = float(part.row["spacing"])
+        self._away = distances(at_rest, at_rest if particles is None else particles) / self._spacing
 
     def whole(self, vertices: Array, particles: Array) -> NDArray[np.bool_]:
         """Return which triangles have not torn, shape (f,): particles are below them, and their edges are not too long.
@@ -94,7 +105,8 @@ class SoftSurface:
         """
         if self._gap is None:
             return np.ones(len(self._faces), bool)
-        near = np.asarray(KDTree(particles).query(vertices)[0]) <= SUPPORTED * self._spacing
+        away = distances(vertices, particles) / self._spacing
+        near = (away <= SUPPORTED) | (away <= self._away + LIFTED)
         return self._shell.whole(vertices, self._gap) & near[self._own][self._faces].all(axis=1)
 
     def _inside(self, vertices: Array, particles: Array, whole: NDArray[np.bool_], bsdf: Any) -> dict[str, Any]:
@@ -173,9 +185,15 @@ class SoftSurface:
                 name, bsdf or coat.bsdf, vertices[self._own], self._faces[drawn], normals,
                 colors=color, shades=shade, uvs=self._uvs,
             )  # fmt: skip
-        if not (whole.all() or clear or self.is_clear):
+        torn = any((coat.faces & ~whole).any() for coat in self._coats if not coat.is_clear)
+        if torn and not clear:
             found |= self._inside(vertices, particles, whole, bsdf)
         return found
+
+
+def distances(vertices: Array, particles: Array) -> Array:
+    """Return the distance [m] of each vertex (n, 3) from the nearest of some particles (m, 3), shape (n,)."""
+    return np.asarray(KDTree(particles).query(vertices)[0])
 
 
 class Coat:
@@ -242,7 +260,7 @@ class LiquidSurface:
     def __init__(self, name: str, part: SoftPart):
         look = part.look
         self.name, self._spacing = name, float(part.row["spacing"])
-        self.is_clear = look.opacity < 1 or finish_of(look.finish).kind != "solid"
+        self.is_clear = is_clear(part.kind, look)
         self._color, self._shade = shaded(look.color, "smooth")
         if self.is_clear:
             self._shade = filtering(self._color, min(look.opacity, LIQUID_OPACITY))
@@ -303,7 +321,10 @@ class SoftBodies:
                 arrays = dict(file)
             self._mouths.append(arrays["rest"] if part.row.get("stream") else None)
             if "faces" in arrays:
-                figure: Any = SoftSurface(name, part, self._places(part, (0, 0, 0.0)), arrays, texture_scale)
+                start = (0, 0, 0.0)
+                figure: Any = SoftSurface(
+                    name, part, self._places(part, start), arrays, texture_scale, self._particles(part, start)
+                )
             else:
                 figure = LiquidSurface(name, part) if part.kind == "liquid" else Grains(name, part)
             self._figures.append((part, figure))
@@ -337,11 +358,13 @@ class SoftBodies:
             if len(points) and isinstance(figure, LiquidSurface):
                 found |= figure.shapes(points, bsdf, walls) if figure.is_clear == clear else {}
             elif len(points) and isinstance(figure, SoftSurface) and (figure.is_clear or not clear):
-                particles = self._states.at("soft_points", around)[slice(*part.row["points"])].astype(float)
-                found |= figure.shapes(points, particles, bsdf, clear=clear)
+                found |= figure.shapes(points, self._particles(part, around), bsdf, clear=clear)
             elif len(points) and not clear:
                 found |= figure.shapes(points, bsdf)
         return found
+
+    def _particles(self, part: SoftPart, around: Around) -> Array:
+        return self._states.at("soft_points", around)[slice(*part.row["points"])].astype(float)
 
     def _places(self, part: SoftPart, around: Around) -> Array:
         name, columns = ("soft_points", "points") if part.row["surface"] is None else ("soft_surface", "surface")

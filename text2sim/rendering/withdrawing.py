@@ -75,7 +75,7 @@ def withdrawn(watcher: Watcher, name: str) -> list[Operation]:
     views = _eased(first, views, moved)
     path = f"/render/cameras/{name}"
     rows = {
-        "times": [round(frame.t, 3) for frame in pictures],
+        "times": [round(frame.t, 5) for frame in pictures],
         "positions": [[round(float(c), 3) for c in view.pos] for view in views],
         "look_at": [[round(float(c), 3) for c in view.look_at] for view in views],
     }

@@ -7,7 +7,7 @@ from typing import Any
 from text2sim.compiler.shapes.piece import Piece, wall_pieces
 from text2sim.compiler.shapes.rotation import Y_AXIS, Vec, quat_from_axis_angle
 from text2sim.spec_schema.models.regions import BodyRegion
-from text2sim.spec_schema.models.sheets import Disc, Sheet
+from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet
 
 DISC_STAVES = 16
 """Pieces that stand for a disc with a hole."""
@@ -135,7 +135,7 @@ def sheet_reach(sheet: Sheet, u: Vec) -> float:
 
 
 def end_region(shape: Any, region: BodyRegion, within: float) -> BodyRegion:
-    """Return a region; for the left or right end of a sheet over a bar, the box around the hem that hangs there.
+    """Return a region; for an end of a ribbon, or of a sheet over a bar, the box around the hem there.
 
     Args:
         shape: Shape of the body.
@@ -143,6 +143,13 @@ def end_region(shape: Any, region: BodyRegion, within: float) -> BodyRegion:
         within: How deep a side is [m].
     """
     ends = [side for side in region.sides if side in ("left", "right")]
+    if isinstance(shape, Ribbon) and region.edge in ("left", "right"):
+        from text2sim.compiler.shapes.ribbons import ribbon_corners
+
+        hem = [side[0 if region.edge == "left" else -1] for side in ribbon_corners(shape, 1)]
+        block = {name: [float(f(c) + sign * within) for c in zip(*hem, strict=True)]
+                 for name, f, sign in (("min", min, -1), ("max", max, 1))}  # fmt: skip
+        return BodyRegion.model_validate({"box": block})
     if not isinstance(shape, Sheet) or shape.over is None or not ends or region.face is not None:
         return region
     curve, half = _curve(shape), shape.size[1] / 2

@@ -10,7 +10,7 @@ from text2sim.compiler.literal import Code, literal
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.regions import RegionError, check_sides, empty_region_message
 from text2sim.compiler.shapes.rotation import IDENTITY, Vec
-from text2sim.compiler.shapes.sagging import end_region
+from text2sim.compiler.shapes.sagging import SHEET_THICKNESS, end_region
 from text2sim.spec_schema.models.regions import SIDES, BodyRegion
 
 SIDE_LAYER = {"mpm": 1.0, "pbd": 0.5, "fem": 0.5, "ipc": 0.5}
@@ -38,6 +38,8 @@ def region_finder(region: BodyRegion | None, shape: Any, spacing: float, solver:
     if region.sides:
         if shape.kind in ("sheet", "disc"):  # which counts as a thin plate where bodies are placed
             low, high = (*low[:2], 0.0), (*high[:2], 0.0)
+        if shape.kind == "ribbon":
+            low, high = ([c + sign * SHEET_THICKNESS / 2 for c in side] for side, sign in ((low, 1), (high, -1)))
         check_sides(region, [b - a for a, b in zip(low, high, strict=True)])
         sides = ", ".join(literal(SIDES[side]) for side in region.sides)
         return Code(f"sides({sides}, within={literal(SIDE_LAYER[solver] * spacing)})")

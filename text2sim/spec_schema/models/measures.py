@@ -260,7 +260,7 @@ class ContactCount(Measured):
     kind: Literal["contact_count"]
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selectors
-    """A body or its copies."""
+    """A body or its copies, or parts, which all count as their body."""
     by: Selectors | None = None
     """The other body; any by default."""
 

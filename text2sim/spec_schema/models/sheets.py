@@ -78,8 +78,8 @@ class Ribbon(Model):
 
     kind: Literal["ribbon"]
     points: Annotated[list[Vec3], Field(min_length=2, max_length=100)]
-    """Points [m] that its middle passes through, from its left end to its right one. Strands that cross should be two
-    cells apart."""
+    """Points [m] that its middle passes through, from its left end to its right one: `edge: left` is its first end,
+    `edge: right` its last. Strands that cross should be two cells apart."""
     width: Length
     """Its width [m]. At the left end it is level, or along y if it begins upright; then it turns no more than the
     curve does."""
