@@ -8,10 +8,9 @@ from numpy.testing import assert_allclose
 
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.geometry import pieces
-from text2sim.compiler.shapes.regions import RegionError
+from text2sim.compiler.shapes.regions import RegionError, end_region
 from text2sim.compiler.shapes.ribbons import course, ribbon_length
 from text2sim.compiler.shapes.rotation import IDENTITY, quat_rotate
-from text2sim.compiler.shapes.sagging import end_region
 from text2sim.compiler.shapes.softmesh import hull_area, soft_surface
 from text2sim.compiler.soft.regions import region_finder
 from text2sim.spec_schema.models.regions import BodyRegion

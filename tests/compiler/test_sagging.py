@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from text2sim.compiler.shapes.extents import extents
+from text2sim.compiler.shapes.regions import end_region
 from text2sim.compiler.shapes.rotation import IDENTITY
-from text2sim.compiler.shapes.sagging import end_region
 from text2sim.compiler.shapes.softmesh import soft_surface
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.models.regions import BodyRegion

@@ -54,7 +54,7 @@ def test_masses_gravity_and_shapes_are_those_of_the_case(tmp_path):
     assert bob.mass[0] == pytest.approx(1000 * 4 / 3 * pi * 0.05**3)
     assert bob.ipos.tolist() == pytest.approx([0, 0, -0.5])
     assert model.geom("floor").type[0] == mujoco.mjtGeom.mjGEOM_PLANE
-    hub, ball = (model.geom(name).id for name in ("arm/hub_0", "arm/bob_0"))
+    hub, ball = (model.geom(name).id for name in ("arm/hub_0", "arm/bob_0@ball"))
     assert model.geom_contype[hub] == model.geom_conaffinity[hub] == model.geom_contype[ball] == 1  # meets the floor
     assert model.nexclude == 1  # and not each other
 

@@ -121,7 +121,8 @@ def _with_usable_patches(data: dict[str, Any]) -> dict[str, Any]:
     if not isinstance(rows := data.get("patches"), list):
         return data
     usable: list[Any] = []
-    refused: list[str] = []
+    given = data.get("refused")
+    refused = list(given) if isinstance(given, list) else []
     for number, row in enumerate(rows, 1):
         if len(usable) == MAX_PATCHES:
             refused.append(f"patch {number}: a judgement has at most {MAX_PATCHES}")

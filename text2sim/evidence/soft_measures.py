@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.compiler.shapes.sagging import end_region
+from text2sim.compiler.shapes.regions import end_region
 from text2sim.compiler.soft.regions import SIDE_LAYER
 from text2sim.evidence import curvature, deformation, folds, tearing
 from text2sim.evidence.gaps import Nearest, nearest_cloud, nearest_solid

@@ -141,12 +141,24 @@ def pictures_by_camera(recording: FilmRecord, many: int) -> dict[str, list[Frame
 
 
 def sights_of(watcher: Watcher, shown: list[Frame], views: list[View]) -> list[Sight]:
-    """Return what is visible in pictures with these views."""
+    """Return what is visible in pictures with these views.
+
+    Args:
+        watcher: Measures the recorded run.
+        shown: The pictures.
+        views: View of each.
+    """
     return [watcher.recorded.sight(frame.t, view, watcher.size) for frame, view in zip(shown, views, strict=True)]
 
 
 def extents_of(watcher: Watcher, t: float, view: View) -> Iterator[tuple[int, Extent]]:
-    """Yield the extent in a picture of every thing that is entirely in front of the camera."""
+    """Yield the extent in a picture of every thing that is entirely in front of the camera.
+
+    Args:
+        watcher: Measures the recorded run.
+        t: Simulated time [s].
+        view: View of the camera.
+    """
     things = watcher.recorded.things(t)
     wide, tall = watcher.size
     places = project(view, things.triangles, wide / tall).reshape(-1, 3, 3)

@@ -1,11 +1,13 @@
 """Regions on bodies: which vertices lie in them, and where their middle is."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.sagging import hem
 from text2sim.compiler.shapes.skin import SurfaceSkin
 from text2sim.spec_schema.models.regions import SIDES, BodyRegion
+from text2sim.spec_schema.models.sheets import Ribbon, Sheet
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:
@@ -114,6 +116,28 @@ def check_sides(region: BodyRegion, size: Sequence[float]) -> None:
         if size[SIDES[side][0]] <= flat:
             there = [name for name, (k, _) in SIDES.items() if size[k] > flat]
             raise RegionError(f"it is flat, and has no {side}; it has {', '.join(there)}")
+
+
+def end_region(shape: Any, region: BodyRegion, within: float) -> BodyRegion:
+    """Return a region; for an end of a ribbon, or of a sheet over a bar, the box around the hem there.
+
+    Args:
+        shape: Shape of the body.
+        region: The region.
+        within: How deep a side is [m].
+    """
+    corners: Sequence[Sequence[float]] | None = None
+    if isinstance(shape, Ribbon) and region.edge in ("left", "right"):
+        from text2sim.compiler.shapes.ribbons import ribbon_corners
+
+        hems = [side[0 if region.edge == "left" else -1].tolist() for side in ribbon_corners(shape, 1)]
+        corners = [[f(pair) for pair in zip(*hems, strict=True)] for f in (min, max)]
+    elif isinstance(shape, Sheet) and region.face is None:
+        corners = hem(shape, region.sides)
+    if corners is None:
+        return region
+    block = {"min": [c - within for c in corners[0]], "max": [c + within for c in corners[1]]}
+    return BodyRegion.model_validate({"box": block})
 
 
 def empty_region_message(away: float) -> str:

@@ -1,13 +1,12 @@
 """Sheets that are bent at the start: hanging between two edges as a parabola, over a bar, or in folds."""
 
+from collections.abc import Sequence
 from functools import lru_cache
 from math import asinh, atan2, cos, hypot, inf, pi, sin, sqrt
-from typing import Any
 
 from text2sim.compiler.shapes.piece import Piece, wall_pieces
 from text2sim.compiler.shapes.rotation import Y_AXIS, Vec, quat_from_axis_angle
-from text2sim.spec_schema.models.regions import BodyRegion
-from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet
+from text2sim.spec_schema.models.sheets import Disc, Sheet
 
 DISC_STAVES = 16
 """Pieces that stand for a disc with a hole."""
@@ -134,30 +133,17 @@ def sheet_reach(sheet: Sheet, u: Vec) -> float:
     return farthest + (sheet.size[1] * abs(u[1]) + SHEET_THICKNESS * abs(u[2])) / 2
 
 
-def end_region(shape: Any, region: BodyRegion, within: float) -> BodyRegion:
-    """Return a region; for an end of a ribbon, or of a sheet over a bar, the box around the hem there.
+def hem(sheet: Sheet, sides: Sequence[str]) -> tuple[Vec, Vec] | None:
+    """Return the corners [m] of the box of points at an end of a sheet over a bar; None for other sheets and sides.
 
     Args:
-        shape: Shape of the body.
-        region: The region.
-        within: How deep a side is [m].
+        sheet: The sheet.
+        sides: Names of the sides: one of left and right, with front or back at most.
     """
-    ends = [side for side in region.sides if side in ("left", "right")]
-    if isinstance(shape, Ribbon) and region.edge in ("left", "right"):
-        from text2sim.compiler.shapes.ribbons import ribbon_corners
-
-        hem = [side[0 if region.edge == "left" else -1] for side in ribbon_corners(shape, 1)]
-        block = {name: [float(f(c) + sign * within) for c in zip(*hem, strict=True)]
-                 for name, f, sign in (("min", min, -1), ("max", max, 1))}  # fmt: skip
-        return BodyRegion.model_validate({"box": block})
-    if not isinstance(shape, Sheet) or shape.over is None or not ends or region.face is not None:
-        return region
-    curve, half = _curve(shape), shape.size[1] / 2
+    ends = [side for side in sides if side in ("left", "right")]
+    if sheet.over is None or not ends:
+        return None
+    curve, half = _curve(sheet), sheet.size[1] / 2
     end = curve[0] if ends == ["left"] else curve[-1]
-    low, high = [min(end[0], 0.0), -half, end[1]], [max(end[0], 0.0), half, end[1]]
-    if "front" in region.sides:
-        high[1] = -half
-    if "back" in region.sides:
-        low[1] = half
-    block = {"min": [a - within for a in low], "max": [b + within for b in high]}
-    return BodyRegion.model_validate({"box": block})
+    front, back = (-half, half) if "front" not in sides else (-half, -half)
+    return (min(end[0], 0.0), half if "back" in sides else front, end[1]), (max(end[0], 0.0), back, end[1])

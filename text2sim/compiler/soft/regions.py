@@ -8,9 +8,9 @@ from typing import Any
 
 from text2sim.compiler.literal import Code, literal
 from text2sim.compiler.shapes.extents import extents
-from text2sim.compiler.shapes.regions import RegionError, check_sides, empty_region_message
+from text2sim.compiler.shapes.regions import RegionError, check_sides, empty_region_message, end_region
 from text2sim.compiler.shapes.rotation import IDENTITY, Vec
-from text2sim.compiler.shapes.sagging import SHEET_THICKNESS, end_region
+from text2sim.compiler.shapes.sagging import SHEET_THICKNESS
 from text2sim.spec_schema.models.regions import SIDES, BodyRegion
 
 SIDE_LAYER = {"mpm": 1.0, "pbd": 0.5, "fem": 0.5, "ipc": 0.5}
