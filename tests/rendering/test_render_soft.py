@@ -52,6 +52,10 @@ def test_grains_lie_in_the_surface_of_their_heap_and_keep_their_place_at_rest() 
     crept = surface_normals(sand + 1e-3 * SPACING * np.sin(np.arange(sand.size)).reshape(sand.shape), SPACING)
     turned = np.degrees(np.arccos(np.clip((facing * crept).sum(axis=1), -1, 1)))
     assert np.quantile(turned[flank], 0.9) < 20
+    stray = surface_normals(np.concatenate([sand, [[20.0, 0.0, 3.0]]]), SPACING)
+    assert stray[-1].tolist() == [0.0, 0.0, 1.0], "what flies alone has no surface"
+    turned = np.degrees(np.arccos(np.clip((facing * stray[:-1]).sum(axis=1), -1, 1)))
+    assert np.quantile(turned[flank], 0.9) < 20, "one stray grain does not change the light on the heap"
 
 
 def test_a_liquid_keeps_its_volume() -> None:
