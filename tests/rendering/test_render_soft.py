@@ -133,6 +133,9 @@ def test_a_torn_body_is_open_and_shows_its_inside() -> None:
     middle = at_rest[box.faces].mean(axis=1)[:, 0]
     whole = surface.whole(at_rest, parted)
     assert not whole[np.abs(middle) < 0.1].any() and whole[np.abs(middle) > 0.3].all()
+    thin = SoftSurface("soft0", bar, at_rest, {"faces": np.array(box.faces)}, particles=parted)
+    assert thin.whole(at_rest, parted).all(), "skin that was far from its particles at the start has not torn"
+    assert not LiquidSurface("soft0", part("liquid", opacity=0.9, finish="smooth")).is_clear, "as paint"
 
 
 def test_a_clear_body_shows_its_core_and_no_cavity() -> None:
