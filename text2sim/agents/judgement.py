@@ -79,7 +79,7 @@ class Critique(Answer):
     responsible: Where | None = None
     summary: Line = ""
     """What to change, for the Planner."""
-    patches: Annotated[list[Patch], Field(max_length=10)] = []
+    patches: Annotated[list[Patch], Field(max_length=MAX_PATCHES)] = []
     unfaithful: Lines = []
     """Restated expectations that ask for less than the request did."""
     refused: Lines = []

@@ -41,13 +41,14 @@ def count_threaded(recording: RecordedCase, measure: Threaded) -> Array:
     Rings and rods that have left the scene do not count.
     """
     rods = [
-        (_gone(recording, target), *_axis(recording, target)) for target in recording.names.select_touching(measure.by)
+        (recording.gone(target.copy), *_axis(recording, target))
+        for target in recording.names.select_touching(measure.by)
     ]
     total = np.zeros(recording.states.frames)
     for target in recording.names.select_touching(measure.of):
         ring = _ring(recording, target)
         on_any = [~gone & pierces(ring, a, b) for gone, a, b in rods]
-        total += np.any(on_any, axis=0) & ~_gone(recording, target)
+        total += np.any(on_any, axis=0) & ~recording.gone(target.copy)
     return total
 
 
@@ -67,10 +68,6 @@ def pierces(ring: Ring, a: Array, b: Array) -> Array:
     part = np.divide(above_a, above_a - above_b, out=np.zeros_like(above_a), where=across)
     point = a + part[:, None] * (b - a)
     return across & (np.linalg.norm(point - ring.center, axis=1) < ring.radius)
-
-
-def _gone(recording: RecordedCase, target: RecordedTarget) -> Array:
-    return recording.gone(target.copy)
 
 
 def _solids(recording: RecordedCase, target: RecordedTarget) -> list[LinkSolid]:

@@ -94,7 +94,8 @@ class SoftSurface:
             ]
         self.is_clear = any(coat.is_clear for coat in self._coats)
         self._spacing = float(part.row["spacing"])
-        self._away = distances(at_rest, at_rest if particles is None else particles) / self._spacing
+        if tears:
+            self._away = distances(at_rest, at_rest if particles is None else particles) / self._spacing
 
     def whole(self, vertices: Array, particles: Array) -> NDArray[np.bool_]:
         """Return which triangles have not torn, shape (f,): particles are below them, and their edges are not too long.

@@ -76,8 +76,8 @@ def withdrawn(watcher: Watcher, name: str) -> list[Operation]:
     path = f"/render/cameras/{name}"
     rows = {
         "times": [round(frame.t, 5) for frame in pictures],
-        "positions": [[round(float(c), 3) for c in view.pos] for view in views],
-        "look_at": [[round(float(c), 3) for c in view.look_at] for view in views],
+        "positions": [[round(float(c), 4) for c in view.pos] for view in views],
+        "look_at": [[round(float(c), 4) for c in view.look_at] for view in views],
     }
     return [{"op": "add", "path": f"{path}/{field}", "value": value} for field, value in rows.items()]
 

@@ -25,7 +25,7 @@ class Damping:
         free = self.points.solver.particles.free.to_numpy()[self.range, 0].astype(bool)  # the others are held
         places, velocities = self.points.positions(), self.points.velocities()
         away, relative = places - places.mean(axis=0), velocities - velocities.mean(axis=0)
-        # All points have the same mass, which cancels. A sheet on a line has no inertia about it.
+        # All points have the same mass, which cancels. Points on one line have no inertia about it.
         inertia = np.eye(3) * np.square(away).sum() - away.T @ away
         spin = np.linalg.pinv(inertia) @ np.cross(away, relative).sum(axis=0)
         velocities[free] -= self.lost * (relative - np.cross(spin, away))[free]

@@ -10,8 +10,8 @@ from text2sim.spec_schema.models.soft_bodies import Cloth, Granular, Liquid, Sno
 YIELD = 0.1
 """Yield stress of an elasto-plastic body that gives none, as a part of its stiffness."""
 STRETCH, BENDING = 1e-7, 1e-4
-"""Defaults of a pbd cloth: compliance of threads [m/N], as in the engine, and of folds [rad/N]; those of the engine are
-ten times stiffer, and make a few broad waves."""
+"""Defaults of a pbd cloth: compliance of threads [m/N], as in the engine, and of folds [rad/N]. The
+engine's folds are ten times stiffer, and make a few broad waves."""
 AIR = 0.25
 """Drag of still air on a point of a cloth, for the square of its cell [kg/m3]: `rho C / 2` with 1.2 kg/m3, a drag
 coefficient of 0.5, and an area of sqrt(3)/2 cells squared. A flat plate has 1.2 across the flow and next to nothing

@@ -46,8 +46,8 @@ def build_schema() -> Schema:
 
 
 def schema_text() -> str:
-    """Return the content of `case.schema.json`."""
-    return json.dumps(build_schema(), indent=1, ensure_ascii=False) + "\n"
+    """Return the content of `case.schema.json`, without the indentation that would be a third of it."""
+    return json.dumps(build_schema(), indent=0, ensure_ascii=False) + "\n"
 
 
 class _Builder:
