@@ -88,7 +88,7 @@ def edits_of(section: str, kind: str) -> dict[str, Any]:
             "mount": {"kind": "fixed"},
             "pose": {"pos": [4, 1, 0.25]},
         }
-    if kind == "leaked":
+    if kind in ("leaked", "surface_level", "submerged"):
         edits["/bodies/water"] = {"kind": "liquid", "shape": {"kind": "box", "size": [0.2, 0.2, 0.2]}}
     if section in ("mounts", "repeats"):  # a ball that hangs or is many is not launched
         edits |= {"/actions": {}}

@@ -1,6 +1,7 @@
 """Selection of pages: the parts of the language for each reader, and the kinds that require further parts."""
 
 from text2sim.spec_schema.models.bodies import LINKED
+from text2sim.spec_schema.models.soft_bodies import FLOWING
 
 PAGES_BY_READER: dict[str, tuple[str, ...]] = {
     "scene": ("`scene`: the stage", "Statics", "Settings of the scene", "Solvers of deformable bodies", "Shapes",
@@ -18,7 +19,7 @@ PAGES_BY_READER: dict[str, tuple[str, ...]] = {
 """Titles of the pages that each reader gets."""
 INDEXED_PAGES = ("`bodies`: the actors", "Shapes", "Shapes of cloth", "Mounts", "Controls", "Copies")
 """Pages whose kinds the Planner sees, one line each."""
-MPM = frozenset({"soft", "granular", "liquid", "snow"})
+MPM = frozenset({"soft", *FLOWING})
 JOINTED = frozenset({"hinge", "slider", "ball", *LINKED})
 COPIES = frozenset({"line", "grid", "ring", "spiral", "stack", "running_bond", "packing", "glyphs"})
 KINDS_BY_MODEL: dict[str, frozenset[str]] = {
@@ -38,7 +39,8 @@ KINDS_BY_PAGE: dict[str, frozenset[str]] = {
     "Motions": frozenset({"driven"}), "Shapes of cloth": frozenset({"cloth"}), "Mounts": JOINTED | {"free", "fixed"},
     "Parts of a compound": frozenset({"compound"}), "Parts of a sculpt": frozenset({"sculpt"}),
     "Cross-sections": frozenset({"sculpt"}), "Copies": COPIES,
-    "Regions of space": frozenset({"packing", "enters", "leaves", "count_in", "share_in", "surface_in"}),
+    "Regions of space": frozenset({"packing", "enters", "leaves", "count_in", "share_in", "surface_in",
+                                   "surface_level"}),
     "Lights": frozenset({"sun", "softbox", "lamp", "spot", "sky", "environment", "light", "lights"}),
     "Regions on bodies": frozenset({"cloth", "soft", "point", "region", "corner", "edge", "face"}),
 }  # fmt: skip

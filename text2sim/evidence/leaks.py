@@ -11,7 +11,6 @@ from text2sim.spec_schema.models.bodies import Driven, Rigid
 from text2sim.spec_schema.models.shapes import Plane
 from text2sim.spec_schema.names.selectors import body_of
 
-LEAKING_KINDS = ("granular", "liquid", "snow")
 PASSING_DEPTH = 2.5
 """Depth, in distances of points, beyond which a point is passing through: sound runs press points in to 2."""
 PASSING_SHARE = 0.8

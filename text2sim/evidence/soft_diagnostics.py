@@ -8,10 +8,11 @@ import numpy as np
 from text2sim.evidence import deformation, folds, tearing
 from text2sim.evidence.deformation import DeformationError
 from text2sim.evidence.gaps import Cloud, nearest_solid
-from text2sim.evidence.leaks import LEAKING_KINDS, leaks
+from text2sim.evidence.leaks import leaks
 from text2sim.evidence.recorded_case import RecordedCase, links_of
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
+from text2sim.spec_schema.models.soft_bodies import FLOWING
 from text2sim.spec_schema.names.selectors import body_of
 
 LOOKED_AT = 4_000_000
@@ -53,7 +54,7 @@ def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
             rarely = body.thinned(LOOKED_FOR_TEARS, states.frames)
             times, torn = states.time[:: rarely.step], 1.0 - tearing.pieces(rarely)[1]
             _record_worst(rows, "torn", torn, _large, {"unit": "", "copy": body.body, **first_torn(torn, times)}, times)
-        if body.kind in LEAKING_KINDS:
+        if body.kind in FLOWING:
             share, walls = leaks(recording, thin)
             _record_worst(rows, "leaked", share, _large, {"unit": "", "copy": body.body}, time, walls)
     return found

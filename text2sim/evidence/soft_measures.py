@@ -7,7 +7,7 @@ import numpy as np
 
 from text2sim.compiler.shapes.regions import end_region
 from text2sim.compiler.soft.regions import SIDE_LAYER
-from text2sim.evidence import curvature, deformation, folds, tearing
+from text2sim.evidence import curvature, deformation, folds, free_surface, tearing
 from text2sim.evidence.gaps import Nearest, nearest_cloud, nearest_solid
 from text2sim.evidence.leaks import leaks
 from text2sim.evidence.recorded_case import RecordedCase, links_of
@@ -236,6 +236,20 @@ def _leaked(recording: RecordedCase, measure: measures.Leaked) -> Array:
     return np.average([leaks(recording, body)[0] for body in bodies], axis=0, weights=masses)
 
 
+def _surface_level(recording: RecordedCase, measure: measures.SurfaceLevel) -> Array:
+    """Median over columns of two particle distances of their tops; see `free_surface.columns`."""
+    return free_surface.surface_level(recording, deformables(recording, measure.of), measure.region)
+
+
+def _submerged(recording: RecordedCase, measure: measures.Submerged) -> Array:
+    """Sum of the volumes of sample points below the level around their body, over the sum of all their volumes."""
+    targets = recording.names.select(measure.of)
+    share = free_surface.submerged(recording, targets, deformables(recording, measure.by))
+    if share is None:
+        raise SoftMeasureError(f"{', '.join(listed(measure.of))} has no recorded solid")
+    return share
+
+
 MEASURES: dict[str, Callable[[RecordedCase, Any], Array]] = {
     "volume": _volume,
     "stretch": _stretch,
@@ -248,5 +262,7 @@ MEASURES: dict[str, Callable[[RecordedCase, Any], Array]] = {
     "pieces": _pieces,
     "largest_piece": _largest_piece,
     "leaked": _leaked,
+    "surface_level": _surface_level,
+    "submerged": _submerged,
 }
 """Measures by kind; values are over frames, (F,)."""

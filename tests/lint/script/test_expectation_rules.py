@@ -139,6 +139,7 @@ bodies:
         pose: {pos: [0.3, 0, 0]}
         joint: {kind: hinge, axis: y, anchor: [-0.3, 0, 0], actuator: {stiffness: 500, damping: 50}}
 """
+WATER = "bodies: {water: {kind: liquid, shape: {kind: box, size: [1, 1, 0.3]}, pose: {pos: [-2, 0, 2]}}}"
 
 
 @pytest.mark.parametrize(
@@ -160,10 +161,12 @@ bodies:
         ("kind: joint_force, of: arm.hand", True),
         ("kind: joint_force, of: gate", False),
         ("kind: joint_position, of: arm.hand", False),
+        ("kind: submerged, of: shelf, by: water", False),  # the water moves
     ],
 )
 def test_measures_of_what_never_moves(assets: Path, measure: str, dead: bool) -> None:
-    assert bool(findings(assets, "dead-measure", SCENE, ARM, script(measure))) == dead
+    layers = [SCENE, ARM, *([WATER] if "water" in measure else []), script(measure)]
+    assert bool(findings(assets, "dead-measure", *layers)) == dead
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,8 @@ from text2sim.compiler.trees.link_trees import tree_extents
 from text2sim.spec_schema.models.bodies import HingeMount
 from text2sim.spec_schema.models.scene import Scene
 from text2sim.spec_schema.models.shapes import Stream
+from text2sim.spec_schema.models.soft_bodies import FLOWING
 
-FLOWING = ("granular", "liquid", "snow")
 FLUID_SPREAD = 1.5
 """How far a liquid spreads on the floor, over the height that it falls from."""
 RUNOUT_FLAT, RUNOUT_TALL, RUNOUT_IMPACT = 1.24, 1.6, 0.25

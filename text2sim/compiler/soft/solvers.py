@@ -6,9 +6,8 @@ from typing import Any
 from text2sim.spec_schema.models.bodies import Body
 from text2sim.spec_schema.models.placed import Deformable
 from text2sim.spec_schema.models.scene import Scene
+from text2sim.spec_schema.models.soft_bodies import FLOWING
 
-MPM_KINDS = ("granular", "liquid", "snow")
-"""Kinds that only mpm solves."""
 FAMILIES = {"mpm": "mpm", "pbd": "pbd", "fem": "fem", "ipc": "fem"}
 """Solver of the engine by solver of the language: with ipc, cloth is a shell of the engine's fem solver."""
 
@@ -26,7 +25,7 @@ def solver_of(body: Any, scene: Scene) -> str | None:
         scene: Its scene, whose contact model decides if the body names no solver.
     """
     kind = getattr(body, "kind", None)
-    if kind in MPM_KINDS:
+    if kind in FLOWING:
         return "mpm"
     if kind == "soft":
         return body.solver or ("fem" if scene.contact.model in ("sap", "ipc") else "mpm")

@@ -35,6 +35,7 @@ BOUNDS_OF_KIND: dict[str, Bounds] = {
     "share_in": A_SHARE,
     "largest_piece": A_SHARE,
     "leaked": A_SHARE,
+    "submerged": A_SHARE,
     "stretch": (1e-6, inf, "it is a ratio of lengths, and 1 is unstretched"),
 }
 
@@ -89,7 +90,7 @@ def subjects(facts: Facts, measure: Any) -> list[StartTarget]:
     found = targets_of(facts)
     if measure.kind in PAIRS:
         return [t for name in measure.measures for t in subjects(facts, facts.case.actions.measures[name])]
-    if isinstance(measure, measures.Threaded):
+    if isinstance(measure, measures.Threaded | measures.Submerged):
         return found.select([*measure.subjects, *listed(measure.by)])
     if isinstance(measure, measures.Distance):
         return [target for selector in measure.between for target in found.select(selector)]

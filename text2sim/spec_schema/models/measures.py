@@ -18,6 +18,8 @@ from text2sim.spec_schema.models.soft_measures import (
     ShareIn,
     Strain,
     Stretch,
+    Submerged,
+    SurfaceLevel,
     Traits,
     Volume,
     Wrinkling,
@@ -389,6 +391,8 @@ Measure = Annotated[
     | ShareIn
     | Pieces
     | LargestPiece
-    | Leaked,
+    | Leaked
+    | SurfaceLevel
+    | Submerged,
     ByKind(),
 ]

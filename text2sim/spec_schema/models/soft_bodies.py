@@ -17,6 +17,8 @@ from text2sim.spec_schema.models.soft_materials import (
     SoftMaterial,
 )
 
+FLOWING = ("granular", "liquid", "snow")
+"""Kinds of body that flow: they have a free surface, and can leak."""
 ONLY_WITH = {
     "ipc": ("youngs_modulus", "poisson_ratio", "bending_stiffness"),
     "pbd": (

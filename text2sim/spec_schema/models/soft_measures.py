@@ -196,3 +196,40 @@ class ShareIn(Measured):
     """A deformable body, or its copies."""
     region: Region
     """The region."""
+
+
+class SurfaceLevel(Measured):
+    """Height [m] of the free surface of a liquid or of grains, as a gauge shows it; no value where there is none.
+
+    It is the median over columns that are two particle distances wide. A column ends half a particle distance above
+    its highest particle that has three more close below it, so that drops and spray do not count, nor does what waits
+    in the mouth of a stream. It is exact to about half a particle distance (a third of a `cell`).
+    """
+
+    kind: Literal["surface_level"]
+    unit: ClassVar[str] = "m"
+    traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=False, instead="")
+    of: Selectors
+    """A granular body, liquid or snow, or its copies, which have one surface together."""
+    region: Region | None = None
+    """Where it is measured, such as a narrow cylinder for the height of waves at a point, at least two cells wide; by
+    default everywhere, puddles beside a vessel included. What is outside, above or below does not count."""
+
+
+class Submerged(Measured):
+    """Fraction of the volume of rigid bodies below the surface of a liquid or of grains around them, from 0 to 1.
+
+    The solid that has contact is sampled at about four thousand points, so that an inflated or hollow body counts with
+    its walls. Its surroundings are level: the median of the columns (see `surface_level`) within eight particle
+    distances beside it, and of those that reach above it. A body has 0 if none of them is at its height. A body at rest
+    that floats has its density over that of the liquid (Archimedes).
+    """
+
+    kind: Literal["submerged"]
+    traits: ClassVar = Traits(
+        at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="measure its `share_in` a region"
+    )
+    of: Selectors
+    """A rigid body, its copies, or links of it; of several, their common fraction."""
+    by: Selectors
+    """A granular body, liquid or snow, or its copies."""

@@ -14,6 +14,7 @@ from text2sim.spec_schema.names.soft_measure_references import (
     check_other_side,
     check_parts_touched,
     check_soft_measure,
+    check_submerging,
 )
 from text2sim.spec_schema.text.document import Path
 
@@ -53,6 +54,8 @@ def check_measures(table: NameTable) -> None:
             if measure.kind != "penetration" or not any(all(one.deforms for one in side) for side in sides):
                 check_contacts_recorded(table, where)
         check_carrier(table, where, measure)
+        if isinstance(measure, measures.Submerged):
+            check_submerging(table, where, measure)
         if isinstance(measure, measures.Extent | measures.Displacement) and measure.frame is not None:
             frame = table.find(measure.frame, (*where, "frame"))
             if frame is not None:
@@ -93,7 +96,7 @@ def measured_sides(table: NameTable, measure: measures.Measure) -> list[list[Mem
         sides = measure.between
     elif isinstance(measure, measures.Gap):
         sides = (measure.of, measure.to)
-    elif isinstance(measure, measures.Threaded):
+    elif isinstance(measure, measures.Threaded | measures.Submerged):
         sides = (measure.of, measure.by)
     touching = measure.kind in (*CONTACT_KINDS, "threaded")
     return [quiet.find_all(selectors, (), many=True, touching=touching) for selectors in sides]

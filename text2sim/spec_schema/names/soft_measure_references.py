@@ -1,6 +1,7 @@
 """Checks of measures against the kind of body: rigid or deformable."""
 
 from text2sim.spec_schema.models import measures
+from text2sim.spec_schema.models.soft_bodies import FLOWING
 from text2sim.spec_schema.names.name_table import Member, NameTable, touching_parts
 from text2sim.spec_schema.text.document import Path
 
@@ -9,12 +10,13 @@ MEASURED_OF: dict[str, tuple[str, ...]] = {
     "strain": ("soft",),
     "pieces": ("soft",),
     "largest_piece": ("soft",),
-    "leaked": ("granular", "liquid", "snow"),
+    "leaked": FLOWING,
+    "surface_level": FLOWING,
     "stretch": ("soft", "cloth"),
     "folded_area": ("cloth",),
     "wrinkling": ("cloth",),
     "self_penetration": ("cloth",),
-    "share_in": ("soft", "cloth", "granular", "liquid", "snow"),
+    "share_in": ("soft", "cloth", *FLOWING),
 }
 """Kinds of body that each measure supports."""
 INSTEAD = {
@@ -25,6 +27,8 @@ INSTEAD = {
     ("largest_piece", "grains"): "it consists of many from the start: measure the `share_in` a region",
     ("leaked", "soft"): "it does not flow: measure the `gap` to its walls",
     ("leaked", "cloth"): "it does not flow: measure the `gap` to its support",
+    ("surface_level", "soft"): "it does not flow: measure its `extent`",
+    ("surface_level", "cloth"): "it does not flow: measure its `extent`",
     ("strain", "cloth"): "it has no inside: measure its `stretch`",
     ("volume", "grains"): "its particles have no surface: measure its `extent`, or the `share_in` a region",
     ("strain", "grains"): "it flows and has no rest shape: measure its `extent`",
@@ -106,6 +110,20 @@ def check_gap(table: NameTable, where: Path, gap: measures.Gap) -> None:
         if len(rigid) < len(first) or len(other) < len(second):
             message = f"neither `{rigid[0].name}` nor `{other[0].name}` deforms; all bodies of one side have to"
         table.report(rigid[0].where, message, "measure-kind")
+
+
+def check_submerging(table: NameTable, where: Path, measure: measures.Submerged) -> None:
+    """Report bodies in `by` of `submerged` that do not flow.
+
+    Args:
+        table: The table; problems are added to it.
+        where: Path of the measure.
+        measure: The measure.
+    """
+    for member in table.find_all(measure.by, (*where, "by"), many=True):
+        if not member.deforms or member.model.kind not in FLOWING:
+            message = f"`{member.name}` does not flow; it needs {' or '.join(FLOWING)}"
+            table.report(member.where, message, "measure-kind")
 
 
 def _report_kind(table: NameTable, kind: str, member: Member) -> None:
