@@ -19,6 +19,7 @@ from text2sim.compiler.trees.tree import tree_pieces
 from text2sim.spec_schema.errors import AssetError, SpecError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.models.sculpts import Sculpt
+from text2sim.spec_schema.published.reference_prose import SCULPT
 
 BALL = {"kind": "ellipsoid", "radii": [0.1, 0.1, 0.1]}
 
@@ -235,3 +236,25 @@ def test_a_blend_that_fills_all_there_is_is_refused() -> None:
     body = f"{{kind: rigid, shape: {{kind: sculpt, blend: 1.0e+6, parts: {parts}}}, pose: {{pos: [0, 0, 1]}}}}"
     with pytest.raises(SpecError, match="blend"):
         resolve_case(load_text(f"text2sim: 2\nname: a\nprompt: p\nscene: {{duration: 1}}\nbodies:\n  b: {body}\n"))
+
+
+def test_the_coil_of_the_reference_is_a_wire_along_a_helix() -> None:
+    """A wire of length L and radius r with round ends has the volume pi r^2 (L + 4 r / 3)."""
+    example = SCULPT.split("```yaml\n")[2].removesuffix("```").replace("\n", "\n    ")
+    case = load_text(
+        f"text2sim: 2\nname: coil\nprompt: A coil.\nscene: {{duration: 1}}\nbodies:\n  coil:\n    kind: rigid\n    {example}\n"
+    ).case
+    made = sculpted(case.bodies["coil"].shape)  # type: ignore[union-attr]
+    radius, pitch, turns, wire = 0.03, 0.016, 5, 0.003
+    length = turns * math.hypot(2 * math.pi * radius, pitch)
+    # Chords of a twentieth turn are 0.4 % shorter than the arc; cells of a fifth of the wire cut off 4 % of its section.
+    assert made.volume == pytest.approx(math.pi * wire**2 * (length + 4 / 3 * wire), rel=0.05)
+    away = np.hypot(made.vertices[:, 0], made.vertices[:, 1])
+    assert (away.min(), away.max()) == (pytest.approx(radius * math.cos(math.pi / 20) - wire, abs=2e-4),
+                                        pytest.approx(radius + wire, abs=2e-4))  # fmt: skip
+    assert np.ptp(made.vertices[:, 2]) == pytest.approx(turns * pitch + 2 * wire, abs=4e-4)
+    # What is at its angle and height is wire; half a pitch above it is a gap.
+    angle = np.arctan2(made.vertices[:, 1], made.vertices[:, 0])
+    offset = (made.vertices[:, 2] / pitch - angle / (2 * math.pi) + 0.5) % 1 - 0.5
+    inside = (made.vertices[:, 2] > 0) & (made.vertices[:, 2] < turns * pitch)
+    assert np.abs(offset[inside]).max() * pitch < 1.1 * wire

@@ -195,6 +195,21 @@ shape:
     handle: {kind: limb, points: [[-0.06, 0, 0.1], [-0.13, 0, 0.09], [-0.12, 0, 0.05], [-0.07, 0, 0.03]], radii: 0.009}
     knob: {kind: ellipsoid, radii: [0.014, 0.014, 0.014], pose: {pos: [0, 0, 0.13]}, look: {color: gold}}
     mouth: {kind: limb, op: cut, blend: 0.002, points: [[0.11, 0, 0.09], [0.14, 0, 0.15]], radii: 0.006}
+```
+
+A wire along a helix (a coil spring, the thread of a screw) is one straight piece, repeated along a turn. This one has 5
+turns of 20 pieces, a radius of 30 mm, a pitch of 16 mm and a wire of 6 mm. It is rigid:
+
+```yaml
+shape:
+  kind: sculpt
+  parts:
+    wire:
+      kind: limb
+      repeat: 100
+      points: [[0.03, 0, 0], ["${0.03 * cos(2 * pi / 20)}", "${0.03 * sin(2 * pi / 20)}", "${0.016 / 20}"]]
+      radii: 0.003
+      pose: {pos: [0, 0, "${k * 0.016 / 20}"], euler_deg: [0, 0, "${k * 360 / 20}"]}
 ```"""
 
 LIGHTS = """\
