@@ -221,6 +221,30 @@ actions: {{controls: {{go: {{kind: initial_velocity, body: ball, linear: [0, 0, 
     assert len(findings(tmp_path, "cloth-too-fast", TRAMPOLINE, thrown)) == found
 
 
+@pytest.mark.parametrize(
+    ("cell", "scene", "says"),
+    [
+        (0.005, "", ""),  # 16 iterations
+        (0.003, "", ""),  # 32 iterations, 1.3 %
+        (0.002, "", "2.8 % longer where it hangs; use cells of 3.37 mm, or scene.substeps of 17"),
+        (0.002, "substeps: 17, ", ""),
+        (0.0034, "", ""),
+        (0.005, "pbd: {stretch_iterations: 4}, ", "3.6 % longer where it hangs; leave out `stretch_iterations`"),
+        (0.002, "gravity: [0, 0, 0], ", ""),
+    ],
+)
+def test_a_cloth_that_stretches_under_its_own_weight(tmp_path: Path, cell: float, scene: str, says: str) -> None:
+    """By 3 g h^2 L / (n c^2), with L = 0.5 m in substeps of 0.5 ms."""
+    strip = f"""\
+scene: {{dt: 0.005, {scene}duration: 1}}
+bodies:
+  strip: {{kind: cloth, cell: {cell}, shape: {{kind: sheet, size: [0.04, 0.5]}}, pose: {{pos: [0, 0, 1]}}}}
+"""
+    found = findings(tmp_path, "cloth-sags", strip)
+    assert len(found) == bool(says)
+    assert all(says in problem.message for problem in found)
+
+
 def test_what_never_meets_needs_no_contact(tmp_path: Path) -> None:
     part = """\
 scene: {duration: 0.5, statics: {floor: null}}

@@ -31,7 +31,9 @@ class Pbd(Model):
     bounds: SolverBounds | None = None
     """Space in which it searches for neighbours; its sides are walls. Derived by default."""
     stretch_iterations: Iterations | None = None
-    """Sweeps over the threads in each substep: more make a stiffer cloth."""
+    """Sweeps over the threads in each substep: more make a stiffer cloth. By default 4 to 32. With n sweeps in
+    substeps h, a cloth of length L that hangs gets longer by a part `3 g h^2 L / (n cell^2)`, which they keep below a
+    percent."""
     bending_iterations: Iterations | None = None
     """Sweeps over the folds in each substep."""
 
