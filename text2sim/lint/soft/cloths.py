@@ -110,8 +110,8 @@ def _sags(facts: Facts) -> Iterator[Problem]:
             way = "leave out `stretch_iterations` of scene.pbd"
         text = (
             f"`{body.name}` is {length(long)} long and has cells of {length(size)}: with {pbd.stretch_iterations} "
-            f"stretch iterations in substeps of {h:.3g} s, its own weight makes it {100 * stretch:.2g} % longer where it "
-            "hangs"
+            f"stretch iterations in substeps of {h:.3g} s, its own weight makes it {100 * stretch:.2g} % longer "
+            "where it hangs"
         )
         yield facts.problem("cloth-sags", facts.first_given(body.body, "cell", "shape"), f"{text}; {way}")
 
