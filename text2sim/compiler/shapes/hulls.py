@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.answer_cache import cached_net
+from text2sim.assets.answer_cache import cached_answer
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.base import Vec3
 
@@ -62,7 +62,8 @@ def corners_and_sides(points: Sequence[Vec3]) -> "tuple[np.ndarray, np.ndarray]"
         hull, _ = hull_of(array)
         return np.asarray(hull.vertices), np.asarray(hull.faces)
 
-    return cached_net((b"hull", array.tobytes()), make)
+    vertices, faces = cached_answer((b"hull", array.tobytes()), make)
+    return vertices, faces
 
 
 def _outermost(points: "np.ndarray") -> "np.ndarray":
