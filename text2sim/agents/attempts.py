@@ -37,11 +37,7 @@ UNJUDGED_RULES = (DURATION_RULE, "unused-param")
 
 
 class Attempts:
-    """The folder of attempts of a case.
-
-    Args:
-        case: The case folder.
-    """
+    """The folder of attempts of a case."""
 
     def __init__(self, case: Path) -> None:
         self.case, self.folder = case, case / "generation" / "attempts"

@@ -114,12 +114,7 @@ def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[An
 
 
 def untried_causes(plan: CasePlan, seconds: float) -> Fact:
-    """Return what is told of causes where a further run takes too long.
-
-    Args:
-        plan: The plan that names the causes.
-        seconds: Wall time of a run [s].
-    """
+    """Return what is told of causes where a further run, of `seconds`, takes too long."""
     note = f"the case was not run without its causes, since a run takes {seconds / 60:.0f} min: judge by the pictures"
     return Fact(next(iter(plan.causes)), None, note)
 

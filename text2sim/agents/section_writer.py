@@ -207,12 +207,7 @@ def plan_for(section: str, plan: CasePlan) -> str:
 
 
 def gist(text: str, most: int) -> str:
-    """Return the beginning of a text, with an ellipsis after a sentence in its second half, or else after a word.
-
-    Args:
-        text: A text that is longer than what may stay of it.
-        most: Number of characters that may stay.
-    """
+    """Cut a longer text to `most` characters: after a sentence in their second half, or else after a word."""
     ends = [found.end() for found in re.finditer(r"[.;](?=\s)", text) if most / 2 <= found.end() <= most]
     words = text[:most].rpartition(" ")[0] or text[:most]
     return f"{text[: ends[-1]] if ends else words.rstrip(' ,:-')} …"

@@ -72,12 +72,7 @@ class SessionWish:
 
 
 class Session:
-    """The loop of one case folder.
-
-    Args:
-        case: The folder.
-        wish: Request, models and budget.
-    """
+    """The loop of one case folder."""
 
     def __init__(self, case: Path, wish: SessionWish) -> None:
         self.case, self.wish, self.folder = case, wish, case / "generation"

@@ -252,12 +252,7 @@ def _weight(copies: list[Copy], weights: dict[str, float]) -> str:
 
 
 def folded(text: str, params: Mapping[str, Value]) -> str:
-    """Return a scalar with its parameters filled in: its `${…}` keep only what differs from copy to copy.
-
-    Args:
-        text: The scalar.
-        params: The value of every parameter.
-    """
+    """Return a scalar with its parameters filled in: its `${…}` keep only what differs from copy to copy."""
     parts = parse_interpolation(text, True).parts
     return "".join(_folded(part, params) if isinstance(part, Expression) else escaped(part) for part in parts)
 

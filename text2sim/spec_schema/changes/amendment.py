@@ -31,10 +31,7 @@ class DocumentLayout:
         self._lookup = lookup
 
     def dump(self, wanted: Any) -> str:
-        """Return the current document in canonical form.
-
-        Args:
-            wanted: Its expected data.
+        """Return the current document in canonical form, which must have the data `wanted`.
 
         Raises:
             SpecError: If it is too large.
