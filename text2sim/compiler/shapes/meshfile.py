@@ -114,7 +114,12 @@ def errors_about(file: str) -> Iterator[None]:
 
 
 def open_mesh(path: Path, root: Path, **options: Any) -> Any:
-    """Read a file with options of `trimesh.load`; everything that it refers to must lie in the folder `root`.
+    """Read a file with trimesh; everything that it refers to must lie in the folder `root`.
+
+    Args:
+        path: The file.
+        root: Folder that everything it refers to must lie in.
+        **options: Options of `trimesh.load`.
 
     Raises:
         AssetError: if it cannot be read.

@@ -99,7 +99,13 @@ def _thumbnail(path: Path, side: int, _mtime: int, _size: int) -> bytes:
 
 
 def picture_bytes(picture: "Image", kind: str, **options: Any) -> bytes:
-    """Return a picture as the content of a file of a kind such as `PNG`, with the options of Pillow."""
+    """Return a picture as the content of a file.
+
+    Args:
+        picture: The picture.
+        kind: Format of the file, such as `PNG`.
+        options: How it is saved; see Pillow.
+    """
     stream = BytesIO()
     picture.save(stream, kind, **options)
     return stream.getvalue()

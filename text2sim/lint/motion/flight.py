@@ -195,7 +195,13 @@ class _Flights:
 
 
 def is_just_above(facts: Facts, copy: Copy, other: Copy) -> bool:
-    """Return whether a copy touches another one if it moves down by the gap of bodies at rest."""
+    """Return whether a copy touches another one if it moves down by the gap of bodies at rest.
+
+    Args:
+        facts: The case.
+        copy: A copy.
+        other: Another copy.
+    """
     x, y, z = facts.up
     way = sweep([p.solid for p in facts.parts(copy)], [p.solid for p in facts.parts(other)], (-x, -y, -z))
     return way is not None and way < MAX_RESTING_GAP
