@@ -74,9 +74,7 @@ def _bonded(bond: RunningBond, spots: Sequence[CopySpot]) -> list[CopySpot]:
         offset = slot.offset if spot.quat == IDENTITY else quat_rotate(spot.quat, slot.offset)
         shape = spot.shape
         if slot.size is not None:
-            shape = halves.get(slot.size) or halves.setdefault(
-                slot.size, Box.model_construct(kind="box", size=slot.size)
-            )
+            shape = halves.setdefault(slot.size, Box.model_construct(kind="box", size=slot.size))
         found.append(spot._replace(pos=vector_plus(spot.pos, offset), shape=shape))
     return found
 
