@@ -43,7 +43,7 @@ class Exhibit:
     before: str = ""
     """Earlier attempts and their judgements."""
     finished: bool = True
-    """Whether the run came to its end. If not, what it did not reach is no failure beside those that were named."""
+    """Whether the run came to its end. If not, what it did not reach is not one more failure."""
 
 
 def criticise(

@@ -19,7 +19,7 @@ class Emit(Protocol):
 
 
 class Journal:
-    """A log with one line of JSON for each event, of which a listener is told, too.
+    """A log with one line of JSON for each event, which is also passed to a listener.
 
     A resumed loop repeats its events from its stored replies. Those are in the file already and are not written twice.
     """

@@ -159,7 +159,7 @@ def _format(texts: dict[str, str]) -> dict[str, str]:
         done = subprocess.run([*command, *map(str, paths.values())], capture_output=True, check=False)
         if done.returncode:
             complaint = done.stderr.decode().replace(folder, "").strip()
-            # An error of the operating system, such as a full disk, is no bug of ours.
+            # An error of the operating system, such as a full disk, is not a bug of ours.
             raise MachineError(f"{folder}: {complaint}") if "(os error" in complaint else TemplateBug(complaint)
         return {name: path.read_text("utf-8") for name, path in paths.items()}
 
