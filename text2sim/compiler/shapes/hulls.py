@@ -48,6 +48,23 @@ def hull_of(points: "np.ndarray") -> tuple[Any, bool]:
         raise AssetError("has no area") from error
 
 
+def outward_hull(points: "np.ndarray", options: str | None = None) -> "tuple[np.ndarray, np.ndarray]":
+    """Return which points are corners of their convex hull (k,), and the triangles between these corners (m, 3).
+
+    Triangles are counterclockwise from outside. Qhull, whose options these are, raises `QhullError` for flat points.
+    """
+    import numpy as np
+    from scipy.spatial import ConvexHull
+
+    hull = ConvexHull(points, qhull_options=options)
+    faces = hull.simplices.astype(np.int64)
+    a, b, c = (hull.points[faces[:, k]] for k in range(3))
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
+    faces[inward] = faces[inward][:, ::-1]
+    corners, faces = np.unique(faces, return_inverse=True)
+    return corners, faces.reshape(-1, 3)
+
+
 def corners_and_sides(points: Sequence[Vec3]) -> "tuple[np.ndarray, np.ndarray]":
     """Return the convex hull of listed points [m]: vertices (n, 3) and triangles (m, 3).
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.answer_cache import cached_answer
 from text2sim.compiler.memory import Memory
+from text2sim.compiler.shapes.hulls import outward_hull
 from text2sim.compiler.shapes.meshfile import obj_text
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec
@@ -131,23 +132,9 @@ def pieces_of(shape: Sculpt) -> list[Piece]:
     return found
 
 
-def _hull(points: "np.ndarray") -> "tuple[np.ndarray, np.ndarray]":
-    """Return the corners and triangles of the convex hull of points, counterclockwise from outside."""
-    import numpy as np
-    from scipy.spatial import ConvexHull
-
-    hull = ConvexHull(points)
-    net = hull.simplices.astype(np.int64)
-    a, b, c = (hull.points[net[:, k]] for k in range(3))
-    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
-    net[inward] = net[inward][:, ::-1]
-    used, index = np.unique(net, return_inverse=True)
-    return points[used], index.reshape(-1, 3)
-
-
 def _recalled(shape: Sculpt, key: str) -> Sculpted:
     here = Path(__file__).parent
-    sources = (here / name for name in ("distances.py", "levelset.py", "convex.py"))
+    sources = (here / name for name in ("distances.py", "levelset.py", "convex.py", "hulls.py"))
     question = (b"sculpt with hulls", key.encode(), *(path.read_bytes() for path in sources))
 
     def ask() -> dict[str, Any]:
@@ -155,7 +142,8 @@ def _recalled(shape: Sculpt, key: str) -> Sculpted:
 
         made = sculpt_mesh(shape)
         arrays = {name: getattr(made, name) for name in ("vertices", "faces", "normals", "looks")}
-        return arrays | {"hulls": [_hull(points) for points in made.pieces]}
+        hulls = [(points, outward_hull(points)) for points in made.pieces]
+        return arrays | {"hulls": [(points[corners], net) for points, (corners, net) in hulls]}
 
     made = Sculpted(**cached_answer(question, ask), names=tuple(shape.parts))
     _BY_DIGEST[made.digest] = made
