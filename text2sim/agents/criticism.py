@@ -160,7 +160,8 @@ def _faults_by_patch(critique: Critique, exhibit: Exhibit, contract: Contract, p
 def _amended(chat: Conversation, system: str, critique: Critique, wrong: Sequence[str], exhibit: Exhibit) -> Critique:
     """Ask once more for the unusable parts of a judgement."""
     case = exhibit.case if critique.patches or critique.refused else ""
-    question = render("judge_again", judgement=yaml_text(_critique_as_data(critique)), wrong=wrong, case=case)
+    judgement = critique.model_dump(mode="json", exclude={"refused"}, exclude_defaults=True)
+    question = render("judge_again", judgement=yaml_text(judgement), wrong=wrong, case=case)
     try:
         more: Amendment = chat.ask("critic", system, question, typed_parser(Amendment), rounds=1)
     except RoleFailed:
@@ -173,10 +174,6 @@ def _amended(chat: Conversation, system: str, critique: Critique, wrong: Sequenc
             "refused": more.refused if more.patches or more.refused else critique.refused,
         }
     )
-
-
-def _critique_as_data(critique: Critique) -> dict[str, object]:
-    return critique.model_dump(mode="json", exclude={"refused"}, exclude_defaults=True)
 
 
 def _short_of(critique: Critique, request: Request) -> list[str]:

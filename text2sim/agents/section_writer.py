@@ -129,7 +129,7 @@ def change_section(
         shared=plan.shared,
         params=yaml_text({"params": mapping(case, "params")}),
         names=names_for_owner(case, section=section),
-        current=_section_text(section, current),
+        current=format_text(json.dumps({section: current}, ensure_ascii=False)).strip(),
         derived=change.derived,
         cards=change.cards,
         problems=wrong,
@@ -332,8 +332,3 @@ def _patched(operations: Any, section: str, case: Mapping[str, Any], plan: CaseP
     except PatchError as error:
         raise Wrong([f"/patch: {error}"]) from None
     return _section_of({section: changed.get(section) or {}}, section, plan, path, mapping(case, "prefabs"))
-
-
-def _section_text(section: str, data: Mapping[str, Any]) -> str:
-    """A section in the canonical form."""
-    return format_text(json.dumps({section: data}, ensure_ascii=False)).strip()

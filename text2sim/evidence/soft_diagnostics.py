@@ -96,10 +96,6 @@ def _volume(recording: RecordedCase, body: RecordedDeformable) -> Array:
     return volume / volume[0]
 
 
-def _stretch(recording: RecordedCase, body: RecordedDeformable) -> Array:
-    return deformation.stretches(body).max(axis=1).astype(float)
-
-
 def _strain(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
     """Return the 99th percentile of strain, because single particles may have escaped; None for bodies that flow."""
     if body.kind != "soft":
@@ -116,16 +112,12 @@ def _share_at_walls(recording: RecordedCase, body: RecordedDeformable) -> Array 
     return np.array([((x <= low) | (x >= high)).any(axis=1).mean() for x in body.points])
 
 
-def _self_penetration(recording: RecordedCase, body: RecordedDeformable) -> Array:
-    return folds.self_penetration(body, recording.thickness(body))
-
-
 _QUANTITIES: tuple[tuple[str, str, Callable[[RecordedCase, RecordedDeformable], Array | None]], ...] = (
     ("volume", "", _volume),
-    ("stretch", "", _stretch),
+    ("stretch", "", lambda recording, body: deformation.stretches(body).max(axis=1).astype(float)),
     ("strain", "", _strain),
     ("inverted", "", lambda recording, body: deformation.inverted(body)),
-    ("self_penetration", "m", _self_penetration),
+    ("self_penetration", "m", lambda recording, body: folds.self_penetration(body, recording.thickness(body))),
     ("against_bounds", "", _share_at_walls),
 )
 """Name, unit and values over frames; None if a body has none."""
