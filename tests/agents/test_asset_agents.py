@@ -136,7 +136,7 @@ def test_the_mesh_agent_knows_what_its_body_takes(tmp_path: Path) -> None:
     found, model = supplied(tmp_path, "mesh", "jelly", "shape: {kind: plane}", "shape: {kind: sphere, radius: 0.1}")
     first, second = model.questions("mesh")
     assert "It is for a `soft` body, which takes the shapes box, sphere" in first
-    assert "`plane` is no shape of a soft body, which takes box" in second
+    assert "`plane` is not a shape of a soft body, which takes box" in second
     assert "sculpt, compound" in first
     system = model.asked[0].messages[0].text
     assert "kind: limb" in system and "Each part must reach well" in system

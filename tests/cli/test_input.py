@@ -212,7 +212,7 @@ def test_what_is_no_case_is_not_rewritten(cli: Cli, tmp_path: Path, text: str) -
     (tmp_path / "other.yaml").write_text(text)
     answer = cli("fmt", tmp_path / "other.yaml")
     assert answer.code == 2
-    assert "is no case and no prefab" in answer.err
+    assert "is neither a case nor a prefab" in answer.err
     assert (tmp_path / "other.yaml").read_text() == text
 
 

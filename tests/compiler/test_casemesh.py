@@ -54,25 +54,6 @@ def test_looks_that_need_another_file_are_read_again(tmp_path: Path, reads: list
         assert load_paint("it.obj", tmp_path)[0].rgba == (red, 0.0, 0.0, 1.0)
 
 
-@pytest.mark.parametrize(
-    "change", [("parts", [["x"]]), ("parts", [[1, 2, 3, 4, 5, 6]]), ("vertices", "AAAA"), ("faces", "")]
-)
-def test_what_was_kept_and_damaged_is_not_believed(tmp_path: Path, reads: list[str], change: tuple[str, Any]) -> None:
-    import json
-
-    (tmp_path / "it.obj").write_text(TETRAHEDRON)
-    load_mesh("it.obj", tmp_path)
-    load_paint("it.obj", tmp_path)
-    for kept in (tmp_path / "cache").rglob("*.json"):
-        data = json.loads(kept.read_text())
-        kept.write_text(json.dumps(data | dict([change]) if change[0] in data else data))
-    forget()
-    assert (
-        len(load_mesh("it.obj", tmp_path).faces) == sum(len(one.faces) for one in load_paint("it.obj", tmp_path)) == 4
-    )
-    assert reads == ["it.obj"] * 2
-
-
 @pytest.mark.parametrize("load", [load_mesh, load_paint])
 def test_a_message_names_the_file_once(load: Any, tmp_path: Path) -> None:
     with pytest.raises(AssetError) as caught:

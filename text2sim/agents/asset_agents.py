@@ -103,7 +103,7 @@ def _shape(chat: Conversation, asset: Asset, plan: CasePlan, request: Request, c
         if answer.shape is None:
             return
         if answer.shape.get("kind") not in takes:
-            got = f"`{answer.shape.get('kind')}` is no shape of a {kind} body"
+            got = f"`{answer.shape.get('kind')}` is not a shape of a {kind} body"
             raise Wrong([f"/shape/kind: {got}, which takes {', '.join(takes)}"])
         # A static is tried as a rigid body. A deformable body keeps its kind, since its mesh must be watertight.
         body = {"kind": "rigid" if kind not in language.body_kinds() else kind, "shape": answer.shape}

@@ -92,22 +92,12 @@ class Attempt:
 
 
 def best_of(made: Sequence[Attempt], names: Sequence[str]) -> Attempt:
-    """Return the best attempt.
-
-    Args:
-        made: Attempts, at least one.
-        names: Names of the expectations that come from the request.
-    """
+    """Return the best of at least one attempt; `names` are the expectations that come from the request."""
     return max(made, key=lambda one: one.rank(names))
 
 
 def unbettered(made: Sequence[Attempt], names: Sequence[str]) -> Attempt | None:
-    """Return the best attempt if all its expectations are true and enough later ones were no better; else None.
-
-    Args:
-        made: Attempts in the order in which they were made, at least one.
-        names: Names of the expectations that come from the request.
-    """
+    """Return the best attempt if all its expectations are true and enough later ones were no better; else None."""
     best = best_of(made, names)
     until = made.index(best) + 1
     before, later = made[:until], made[until:]

@@ -37,11 +37,7 @@ UNJUDGED_RULES = (DURATION_RULE, "unused-param")
 
 
 class Attempts:
-    """The folder of attempts of a case.
-
-    Args:
-        case: The case folder.
-    """
+    """The folder of attempts of a case."""
 
     def __init__(self, case: Path) -> None:
         self.case, self.folder = case, case / "generation" / "attempts"
@@ -122,9 +118,7 @@ class Attempts:
         try:
             data = json.loads((folder / "attempt.json").read_text("utf-8"))
             text = (folder / "case.yaml").read_text("utf-8")
-            if text != attempt.text:
-                return False
-            if data["state"] in ("unsound", "interrupted", "running"):
+            if text != attempt.text or data["state"] in ("unsound", "interrupted", "running"):
                 return False
             for name in ("state", "run", "evidence", "expect", "cites", "pictures", "wall", "pace", "facts"):
                 setattr(attempt, name, data[name])
@@ -165,27 +159,21 @@ class Attempts:
         assert examined.loaded is not None
         lint = [{"rule": p.rule, "path": p.path, "message": p.message, "reason": None} for p in examined.warnings]
         loaded = examined.loaded
-        rest: dict[str, Any] = {
-            "runs": self.case / "runs",
-            "timeout": timeout,
-            "on_progress": on_progress,
-            "lint": lint,
-        }
+        rest: dict[str, Any] = {"timeout": timeout, "on_progress": on_progress, "lint": lint}
         try:
-            # The Critic sees path-traced frames, and a preview film would take longer than most simulations.
-            result = run_case(loaded, film=False, runner=self.runner, patience=patience, **rest)
+            result = self._simulated(loaded, patience=patience, **rest)
         except RunError as error:
             attempt.state, attempt.problems = "failed", [str(error)]
             return
-        if result.stopped:
-            raise KeyboardInterrupt
         record = RunRecord.read(result.folder)
         attempt.wall = round(result.wall, 1)
         attempt.state, attempt.run = result.state, result.folder.relative_to(self.case).as_posix()
         attempt.expect = {
             name: {k: row[k] for k in ("ok", "wanted", "why")} for name, row in result.expectations.items()
         }
-        attempt.pictures, frames, pictured = self._pictures(attempt, result.folder, lambda: run_case(loaded, **rest))
+        attempt.pictures, frames, pictured = self._pictures(
+            attempt, result.folder, lambda: run_case(loaded, runs=self.case / "runs", **rest)
+        )
         bodies = [*loaded.case.bodies, *loaded.case.scene.statics]
         asked = [one for name in given for one in numbered_copies(name, result.expectations)]
         recorded = vars(record) if record is not None else {}
@@ -248,7 +236,7 @@ class Attempts:
         """
 
         def simulate(loaded: LoadedCase) -> tuple[str, Found]:
-            result = self._simulated(loaded, timeout, on_progress)
+            result = self._simulated(loaded, timeout=timeout, on_progress=on_progress)
             return result.state, result.expectations
 
         if plan.causes and TITLE not in attempt.evidence:
@@ -283,7 +271,7 @@ class Attempts:
         """
 
         def simulate(loaded: LoadedCase, limit: float) -> Outcome:
-            result = self._simulated(loaded, limit, on_progress)
+            result = self._simulated(loaded, timeout=limit, on_progress=on_progress)
             if result.evidence is None:
                 return Outcome(result.state)
             tracks = track_rows(result.folder, loaded.case, result.evidence["events"], MAX_TRACKS)
@@ -292,12 +280,11 @@ class Attempts:
         store = self.folder_of(attempt.number) / "trials.json"
         return trials_text(text, settings, self.case / "case.yaml", store, seconds, simulate)
 
-    def _simulated(self, loaded: LoadedCase, timeout: float, on_progress: Callable[[Any], None]) -> "RunResult":
-        """Run a case without a film."""
+    def _simulated(self, loaded: LoadedCase, **options: Any) -> "RunResult":
+        """Run a case without a film: the Critic sees path-traced frames, and a preview takes longer than most runs."""
         from text2sim.harness.run import run_case
 
-        rest: dict[str, Any] = {"runs": self.case / "runs", "timeout": timeout, "on_progress": on_progress}
-        result = run_case(loaded, film=False, runner=self.runner, **rest)
+        result = run_case(loaded, runs=self.case / "runs", film=False, runner=self.runner, **options)
         if result.stopped:
             raise KeyboardInterrupt  # before any of it is stored
         return result

@@ -270,12 +270,7 @@ def best_treatment(
 
 
 def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
-    """Return path-traced stills of a run's main film on one PNG sheet, and their number.
-
-    Args:
-        run: The run folder.
-        loaded: The case, whose `render` section defines the film.
-    """
+    """Return path-traced stills of a run's main film on one PNG sheet, and their number."""
     from PIL import Image as Pictures
 
     from text2sim.evidence.contact_sheet import contact_sheet

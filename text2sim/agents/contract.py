@@ -88,12 +88,7 @@ class Contract:
 
 
 def numbered_copies(name: str, known: Iterable[str]) -> list[str]:
-    """Return the names of an entry's copies in a case whose `repeat` entries are expanded.
-
-    Args:
-        name: Name as written.
-        known: Names of the case's expanded entries.
-    """
+    """Return those of the known names that are copies of an entry, in a case whose `repeat` entries are expanded."""
     known = list(known)
     if name in known:
         return [name]
@@ -101,12 +96,7 @@ def numbered_copies(name: str, known: Iterable[str]) -> list[str]:
 
 
 def weakened_bounds(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
-    """Describe how restated expectations are weaker, as far as their bounds alone show it.
-
-    Args:
-        old: The original expectations, by name.
-        new: Their replacements, by name.
-    """
+    """Describe how restated expectations are weaker, as far as their bounds alone show it."""
     found = []
     for name, row in new.items():
         before = old.get(name)

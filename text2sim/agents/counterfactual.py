@@ -80,7 +80,7 @@ def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[An
         case = case_without(revising.data_of(text), causes)
         examined = examine(format_text(json.dumps(case, ensure_ascii=False)), path)
         expected = (case.get("actions") or {}).get("expect") or {}
-        # An expectation in `keeps` holds from the start, so it is no effect.
+        # An expectation in `keeps` holds from the start, so it is not an effect.
         effects = [name for name in plan.meets.get(requirement, ()) if name in expected and name not in plan.keeps]
         if not effects:
             facts.append(Fact(requirement, None, f"{description} nothing that is measured of it is left"))
@@ -114,12 +114,7 @@ def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[An
 
 
 def untried_causes(plan: CasePlan, seconds: float) -> Fact:
-    """Return what is told of causes where a further run takes too long.
-
-    Args:
-        plan: The plan that names the causes.
-        seconds: Wall time of a run [s].
-    """
+    """Return what is told of causes where a further run, of `seconds`, takes too long."""
     note = f"the case was not run without its causes, since a run takes {seconds / 60:.0f} min: judge by the pictures"
     return Fact(next(iter(plan.causes)), None, note)
 

@@ -43,7 +43,7 @@ class Exhibit:
     before: str = ""
     """Earlier attempts and their judgements."""
     finished: bool = True
-    """Whether the run came to its end. If not, what it did not reach is no failure beside those that were named."""
+    """Whether the run came to its end. If not, what it did not reach is not one more failure."""
 
 
 def criticise(
@@ -160,7 +160,8 @@ def _faults_by_patch(critique: Critique, exhibit: Exhibit, contract: Contract, p
 def _amended(chat: Conversation, system: str, critique: Critique, wrong: Sequence[str], exhibit: Exhibit) -> Critique:
     """Ask once more for the unusable parts of a judgement."""
     case = exhibit.case if critique.patches or critique.refused else ""
-    question = render("judge_again", judgement=yaml_text(_critique_as_data(critique)), wrong=wrong, case=case)
+    judgement = critique.model_dump(mode="json", exclude={"refused"}, exclude_defaults=True)
+    question = render("judge_again", judgement=yaml_text(judgement), wrong=wrong, case=case)
     try:
         more: Amendment = chat.ask("critic", system, question, typed_parser(Amendment), rounds=1)
     except RoleFailed:
@@ -173,10 +174,6 @@ def _amended(chat: Conversation, system: str, critique: Critique, wrong: Sequenc
             "refused": more.refused if more.patches or more.refused else critique.refused,
         }
     )
-
-
-def _critique_as_data(critique: Critique) -> dict[str, object]:
-    return critique.model_dump(mode="json", exclude={"refused"}, exclude_defaults=True)
 
 
 def _short_of(critique: Critique, request: Request) -> list[str]:

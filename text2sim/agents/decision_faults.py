@@ -12,7 +12,7 @@ from text2sim.agents.contract import weakened_bounds
 from text2sim.agents.facts import claim_faults
 from text2sim.agents.planning import asset_faults, binding_faults, card_faults
 from text2sim.agents.rehearsal import RESERVED_NAMES, plan_faults
-from text2sim.agents.replies import SECTIONS, CasePlan, Decision, Fragments
+from text2sim.agents.replies import SECTIONS, CasePlan, Decision
 from text2sim.agents.trials import settings_faults
 from text2sim.spec_schema.changes.patch import PatchError, same
 from text2sim.spec_schema.errors import SpecError
@@ -88,7 +88,7 @@ def decision_faults(
 
 
 def _waiver_faults(decision: Decision, report: AttemptReport) -> list[str]:
-    # A waiver may be for what this very decision will cause; the check refuses names that are no rules.
+    # A waiver may be for what this very decision will cause; the check refuses names that are not rules.
     changes = bool(decision.take or decision.routes or decision.params or decision.back_to)
     strange = [rule for rule in decision.waive if rule not in report.rules and not changes]
     unexplained = [rule for rule, why in decision.waive.items() if len(why) < 10]
@@ -114,17 +114,8 @@ def _trial_faults(decision: Decision, case: str, patches: Sequence[Any], path: P
 def _changes_anything(decision: Decision) -> bool:
     """Whether a change of the plan also changes the case or creates work for a Writer."""
     plan = decision.plan
-    return plan is not None and bool(
-        plan.duration
-        or plan.rename
-        or plan.briefs
-        or plan.assets
-        or plan.checks.expect
-        or plan.keeps
-        or plan.facts
-        or plan.meets
-        or plan.causes
-    )
+    names = ("duration", "rename", "briefs", "assets", "keeps", "facts", "meets", "causes")
+    return plan is not None and bool(plan.checks.expect or any(getattr(plan, name) for name in names))
 
 
 def foreign_operations(operations: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -144,7 +135,8 @@ def _check_faults(decision: Decision, agreement: Agreement) -> list[str]:
     if decision.restate is not None:
         checks = decision.restate.checks
         wrong += weakened_bounds(agreement.first.expect, checks.expect)
-        if all(same(getattr(plan.checks, part).get(n), row) for part in FROZEN_PARTS for n, row in _part(checks, part)):
+        parts = [(getattr(plan.checks, part), getattr(checks, part)) for part in FROZEN_PARTS]
+        if all(same(now.get(name), row) for now, said in parts for name, row in said.items()):
             wrong.append("/restate/checks: they say what stands there already")
     if decision.plan is None:
         return wrong
@@ -152,7 +144,7 @@ def _check_faults(decision: Decision, agreement: Agreement) -> list[str]:
     for part in FROZEN_PARTS:
         wrong += [
             f"/plan/checks/{part}/{name}: there is one of this name; say it anew by `restate`"
-            for name, row in _part(new, part)
+            for name, row in getattr(new, part).items()
             if name in getattr(plan.checks, part) and not same(getattr(plan.checks, part)[name], row)
         ]
     wrong += [f"/plan/says/{name}: say which sentence it stands for" for name in new.expect if name not in says]
@@ -172,10 +164,6 @@ def _check_faults(decision: Decision, agreement: Agreement) -> list[str]:
         elif name in plan.params or name in RESERVED_NAMES:
             wrong.append(f"/plan/rename/{old}: `{name}` is taken")
     return wrong
-
-
-def _part(checks: Fragments, part: str) -> list[tuple[str, dict[str, Any]]]:
-    return list(getattr(checks, part).items())
 
 
 def _problems_introduced(

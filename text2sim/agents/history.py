@@ -17,12 +17,7 @@ RECENT_RUNS = 3
 
 
 class History:
-    """Attempts of a loop, in the order in which they were made.
-
-    Args:
-        attempts: Their folder.
-        limits: Bounds of attempts and time.
-    """
+    """Attempts of a loop, in the order in which they were made."""
 
     def __init__(self, attempts: Attempts, limits: LoopLimits) -> None:
         self.attempts, self.limits = attempts, limits
@@ -33,12 +28,7 @@ class History:
         """The agreement at each attempt that ran, by number."""
 
     def begin(self, text: str, cause: str) -> Attempt:
-        """Begin an attempt.
-
-        Args:
-            text: Text of the case.
-            cause: Why it was made.
-        """
+        """Begin an attempt with the text of its case; `cause` says why it was made."""
         attempt = Attempt(len(self.made) + 1, text, cause)
         if self.made:
             attempt.changes = revising.change_lines(self.made[-1].text, text)

@@ -19,13 +19,9 @@ class Emit(Protocol):
 
 
 class Journal:
-    """A log with one line of JSON for each event.
+    """A log with one line of JSON for each event, which is also passed to a listener.
 
     A resumed loop repeats its events from its stored replies. Those are in the file already and are not written twice.
-
-    Args:
-        file: Path of the journal.
-        listener: Called with every event.
     """
 
     def __init__(self, file: Path, listener: Listener = lambda event, what: None) -> None:

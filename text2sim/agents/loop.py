@@ -123,12 +123,7 @@ class AgentLoop:
             self.attempts.close()
 
     def work(self, text: str, cause: str) -> LoopOutcome:
-        """Improve a case until it is accepted or a limit is reached.
-
-        Args:
-            text: The first version.
-            cause: Why it was made.
-        """
+        """Improve a case until it is accepted or a limit is reached; `cause` says why this version was made."""
         while True:
             attempt = self.history.begin(text, cause)
             self.chat.attempt = attempt.number

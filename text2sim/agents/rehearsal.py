@@ -44,12 +44,7 @@ _PATH_PREFIXES = (("/actions/", "/checks/"), ("/scene/duration", "/duration"), (
 
 
 def plan_faults(plan: CasePlan, path: Path) -> list[str]:
-    """Return the faults of a plan that can be found before anything is written.
-
-    Args:
-        plan: The plan.
-        path: Future path of the case file.
-    """
+    """Return the faults of a plan that can be found before anything is written."""
     words = [*_shape_faults(plan), *_word_faults(plan), *_bound_faults(plan)]
     if wrong := list(_kind_faults(plan)):
         return wrong + words  # measures can only be checked once the kinds of bodies are known
@@ -360,12 +355,7 @@ def rest_value(measure: Any) -> float | None:
 
 
 def held_at_start(loaded: LoadedCase, names: Iterable[str]) -> dict[str, str]:
-    """Return the expectations of a case that hold if nothing happens, although they apply after the start, and why.
-
-    Args:
-        loaded: A valid case.
-        names: Names of the expectations to check.
-    """
+    """Return which named expectations hold if nothing happens, although they apply after the start, and why."""
     from text2sim.compiler.build import resolve_case
     from text2sim.lint.facts import Facts
     from text2sim.lint.script.at_rest import passes

@@ -78,26 +78,23 @@ def write_section(
         shapes: Shapes by asset agents, by body or static; they are put into the answer.
         left: Sentence with the attempts and time left.
     """
-    brief = plan.briefs.get(section, "")  # type: ignore[call-overload]
-    pages = writer_pages(section, plan)
     question = render(
         "draft",
         section=section,
-        pages=pages,
+        pages=writer_pages(section, plan),
         request=request,
         plan=plan_for(section, plan),
         supplied="" if section == "render" else supplied,
         cards=cards,
-        brief=brief,
+        brief=plan.briefs.get(section, ""),  # type: ignore[call-overload]
         left=left,
     )
 
     def read(data: Any) -> dict[str, Any]:
         return _section_of(_with_shapes(data, section, shapes or {}), section, plan, path)
 
-    return chat.ask(
-        section, writer_prompt(ROLES[section], language.rules(brief=True)), question, read, read_pages=PageRequests()
-    )
+    prompt = writer_prompt(ROLES[section], language.rules(brief=True))
+    return chat.ask(section, prompt, question, read, read_pages=PageRequests())
 
 
 def change_section(
@@ -132,7 +129,7 @@ def change_section(
         shared=plan.shared,
         params=yaml_text({"params": mapping(case, "params")}),
         names=names_for_owner(case, section=section),
-        current=_section_text(section, current),
+        current=format_text(json.dumps({section: current}, ensure_ascii=False)).strip(),
         derived=change.derived,
         cards=change.cards,
         problems=wrong,
@@ -154,13 +151,8 @@ def change_section(
             return changed if data["patch"] else Unchanged(why[:MAX_REASON_LENGTH])
         return _section_of(data, section, plan, path, mapping(case, "prefabs"))
 
-    return chat.ask(
-        section,
-        writer_prompt(ROLES[section], language.rules(brief=True), change=True),
-        question,
-        read,
-        read_pages=PageRequests(),
-    )
+    prompt = writer_prompt(ROLES[section], language.rules(brief=True), change=True)
+    return chat.ask(section, prompt, question, read, read_pages=PageRequests())
 
 
 def _kinds_there(data: Any) -> set[str]:
@@ -207,12 +199,7 @@ def plan_for(section: str, plan: CasePlan) -> str:
 
 
 def gist(text: str, most: int) -> str:
-    """Return the beginning of a text, with an ellipsis after a sentence in its second half, or else after a word.
-
-    Args:
-        text: A text that is longer than what may stay of it.
-        most: Number of characters that may stay.
-    """
+    """Cut a longer text to `most` characters: after a sentence in their second half, or else after a word."""
     ends = [found.end() for found in re.finditer(r"[.;](?=\s)", text) if most / 2 <= found.end() <= most]
     words = text[:most].rpartition(" ")[0] or text[:most]
     return f"{text[: ends[-1]] if ends else words.rstrip(' ,:-')} …"
@@ -324,19 +311,18 @@ def _without_planned(section: str, data: dict[str, Any], plan: CasePlan) -> dict
 def _patched(operations: Any, section: str, case: Mapping[str, Any], plan: CasePlan, path: Path) -> dict[str, Any]:
     if not isinstance(operations, list):
         raise Wrong(["/patch: has to be a list of operations"])
+    rows = [(k, row) for k, row in enumerate(operations) if isinstance(row, dict)]
     wrong = [
         f"/patch/{k}: `{place}` is not below /{section}"
-        for k, row in enumerate(operations)
-        if isinstance(row, dict)
+        for k, row in rows
         for place in (row.get("path"), row.get("from", row.get("path")))
         if not str(place).startswith(f"/{section}/") and str(place) != f"/{section}"
     ]
-    frozen = [f"/actions/{part}/{name}" for part in FROZEN_PARTS for name in getattr(plan.checks, part)]
+    frozen = tuple(f"/actions/{part}/{name}/" for part in FROZEN_PARTS for name in getattr(plan.checks, part))
     wrong += [
         f"/patch/{k}: {row['path']} comes from the request and is not yours to change"
-        for k, row in enumerate(operations)
-        if isinstance(row, dict) and row.get("op") != "test"
-        if any(str(row.get("path")) == place or str(row.get("path")).startswith(f"{place}/") for place in frozen)
+        for k, row in rows
+        if row.get("op") != "test" and f"{row.get('path')}/".startswith(frozen)
     ]
     if wrong:
         raise Wrong(wrong)
@@ -346,8 +332,3 @@ def _patched(operations: Any, section: str, case: Mapping[str, Any], plan: CaseP
     except PatchError as error:
         raise Wrong([f"/patch: {error}"]) from None
     return _section_of({section: changed.get(section) or {}}, section, plan, path, mapping(case, "prefabs"))
-
-
-def _section_text(section: str, data: Mapping[str, Any]) -> str:
-    """A section in the canonical form."""
-    return format_text(json.dumps({section: data}, ensure_ascii=False)).strip()

@@ -72,12 +72,7 @@ class SessionWish:
 
 
 class Session:
-    """The loop of one case folder.
-
-    Args:
-        case: The folder.
-        wish: Request, models and budget.
-    """
+    """The loop of one case folder."""
 
     def __init__(self, case: Path, wish: SessionWish) -> None:
         self.case, self.wish, self.folder = case, wish, case / "generation"
@@ -113,7 +108,10 @@ class Session:
         if len(wish.text) > MAX_REQUEST_LENGTH:
             raise RunError(f"the request has {len(wish.text):,} characters, and may have {MAX_REQUEST_LENGTH:,}")
         for file in images:
-            _check_image(file)
+            if file.suffix.lower() not in IMAGES or not file.is_file():
+                raise RunError(f"{file}: a picture is a .png or .jpg file")
+            if file.stat().st_size > LARGEST_IMAGE:
+                raise RunError(f"{file}: larger than {LARGEST_IMAGE / 1e6:g} MB")
         for file in assets:
             if not file.is_file():
                 raise RunError(f"{file}: there is no such file")
@@ -169,7 +167,8 @@ class Session:
         endpoints = {role: endpoint_of(spec, self.case) for role, spec in wish.models.items()}
         chat = Conversation(endpoints, CallLog(self.folder / "calls"), self.account, budget, journal, stop)
         dealt = DealtCards(_library() if wish.cards else None, journal)
-        images = tuple(_image(self.folder / "inputs" / name) for name in wish.images)
+        files = [self.folder / "inputs" / name for name in wish.images]
+        images = tuple(Image(file.name, IMAGES[file.suffix.lower()], file.read_bytes()) for file in files)
         probe_joints(self.case, wish.inputs, journal)
         request = Request(wish.text, images, describe_assets(self.case, wish.inputs), minutes=wish.planned_minutes)
         loop = AgentLoop(
@@ -265,14 +264,3 @@ def _library() -> Any:
     from text2sim.card_library.library import load_library
 
     return load_library()
-
-
-def _check_image(file: Path) -> None:
-    if file.suffix.lower() not in IMAGES or not file.is_file():
-        raise RunError(f"{file}: a picture is a .png or .jpg file")
-    if file.stat().st_size > LARGEST_IMAGE:
-        raise RunError(f"{file}: larger than {LARGEST_IMAGE / 1e6:g} MB")
-
-
-def _image(file: Path) -> Image:
-    return Image(file.name, IMAGES[file.suffix.lower()], file.read_bytes())

@@ -72,13 +72,9 @@ class Subject:
 
 
 def check_mechanism(what: Path | Mapping[str, Any], folder: Path | None = None) -> MechanismReport:
-    """Return a report on a mechanism.
+    """Return a report on a mechanism; see `Subject.of`.
 
     MuJoCo and a URDF reader check its structure, the compiler its use in a case.
-
-    Args:
-        what: An MJCF or URDF file, or the data of an `articulated` body.
-        folder: The folder with all of its files; that of the file if None.
 
     Raises:
         AssetError: if it cannot be used, with the reasons.

@@ -76,10 +76,6 @@ class _Signal:
 def probe(what: Path | Mapping[str, Any], folder: Path | None = None) -> ProbeReport:
     """Move each joint of a mechanism a little, without gravity and with its root held.
 
-    Args:
-        what: An MJCF or URDF file, or the data of an `articulated` body.
-        folder: The folder with all of its files; that of the file if None.
-
     Raises:
         AssetError: if it cannot be used, or has no joint that can be driven.
         MachineError: if this machine cannot run the engine.

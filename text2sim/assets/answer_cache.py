@@ -1,7 +1,7 @@
 """Cache of results about files in the user's cache folder, by content and by versions of the packages that gave them.
 
-Loading MuJoCo or a URDF reader takes a second. Entries are plain JSON, and are validated when they are read. Without a
-writable folder, results are computed every time.
+Loading MuJoCo or a URDF reader takes a second. An entry is JSON below a line with its digest: one that is damaged is
+computed again. Without a writable folder, results are computed every time.
 """
 
 import json
@@ -9,7 +9,7 @@ import os
 import re
 import sys
 from base64 import b64decode, b64encode
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import lru_cache
 from hashlib import sha256
@@ -39,79 +39,38 @@ MAX_ENTRY_SIZE = 16 * 1024**2
 """Size [bytes] above which an entry is neither written nor read."""
 
 
-def cached_answer(
-    question: Iterable[bytes], members: Mapping[str, type], ask: Callable[[], dict[str, Any]]
-) -> dict[str, Any]:
-    """Return the answer to a question, from the cache if possible.
+def cached_answer(question: Iterable[bytes], ask: Callable[[], Any]) -> Any:
+    """Return the answer to a question, from the cache if possible: always as it comes out of it, tuples as lists.
 
     Args:
         question: All that the answer depends on, except versions of packages and the source of the module that asks.
-        members: Names and types of the members of an answer.
-        ask: Computes the answer. Exceptions are not cached.
+        ask: Computes the answer: plain data, bytes, and arrays, which become float64 or int64. Exceptions are not
+            cached.
     """
-    return _cached(question, members, ask, _source_of(ask.__module__))
+    key = _key_of([*question, _source_of(ask.__module__)])
+    text = _recall(key)
+    if text is None:
+        text = json.dumps(ask(), default=_encoded)
+        _keep(key, text)
+    return json.loads(text, object_hook=_decoded)
 
 
-def _cached(
-    question: Iterable[bytes], members: Mapping[str, type], ask: Callable[[], dict[str, Any]], source: bytes
-) -> dict[str, Any]:
-    key = _key_of([*question, source])
-    found = _recall(key, members)
-    if found is None:
-        found = ask()
-        if found.keys() == members.keys():
-            _keep(key, found)
-    return found
+def _encoded(value: "bytes | np.ndarray") -> dict[str, Any]:
+    if isinstance(value, bytes):
+        return {"base64": b64encode(value).decode()}
+    kind = "<f8" if value.dtype.kind == "f" else "<i8"
+    return _encoded(value.astype(kind).tobytes()) | {"kind": kind, "shape": value.shape}
 
 
-def cached_net(
-    question: Iterable[bytes], make: "Callable[[], tuple[np.ndarray, np.ndarray]]"
-) -> "tuple[np.ndarray, np.ndarray]":
-    """Return vertices (n, 3) float64 and triangles (m, 3) int64, from the cache if possible.
-
-    Args:
-        question: All that they depend on, except versions of packages and the source of the module that asks.
-        make: Computes them. Exceptions are not cached.
-    """
+def _decoded(row: dict[str, Any]) -> Any:
+    if "base64" not in row:
+        return row
+    content = b64decode(row["base64"])
+    if "kind" not in row:
+        return content
     import numpy as np
 
-    made: list[tuple[np.ndarray, np.ndarray]] = []
-
-    def ask() -> dict[str, str]:
-        made.append(make())
-        return dict(zip(("vertices", "faces"), map(packed, made[0]), strict=True))
-
-    found = _cached(question, {"vertices": str, "faces": str}, ask, _source_of(make.__module__))
-    vertices, faces = unpacked(found["vertices"], "f8", 3), unpacked(found["faces"], "i8", 3)
-    if vertices is None or faces is None or not are_valid_rows(faces, vertices):  # the entry is damaged
-        vertices, faces = made[0] if made else make()
-    return vertices, faces
-
-
-def packed(array: "np.ndarray") -> str:
-    """Return an array as text; see `unpacked`."""
-    return b64encode(array.astype("<f8" if array.dtype.kind == "f" else "<i8").tobytes()).decode()
-
-
-def unpacked(text: str, kind: str, columns: int) -> "np.ndarray | None":
-    """Return an array (n, columns) of kind `f8` or `i8`, or None if the text is not one.
-
-    Args:
-        text: The array in base64.
-        kind: Type of its numbers, `f8` or `i8`.
-        columns: Its columns.
-    """
-    import numpy as np
-
-    try:
-        return np.frombuffer(b64decode(text, validate=True), f"<{kind}").reshape(-1, columns)
-    except ValueError:
-        return None
-
-
-def are_valid_rows(index: "np.ndarray | None", table: "np.ndarray") -> bool:
-    """Whether there are indices, and all are valid rows of a table."""
-    return index is not None and len(index) > 0 and bool(index.min() >= 0) and bool(index.max() < len(table))
+    return np.frombuffer(content, row["kind"]).reshape(row["shape"])
 
 
 def _key_of(question: Iterable[bytes]) -> str:
@@ -123,27 +82,31 @@ def _key_of(question: Iterable[bytes]) -> str:
     return digest.hexdigest()
 
 
-def _recall(key: str, members: Mapping[str, type]) -> dict[str, Any] | None:
+def _recall(key: str) -> str | None:
+    """Return the text of an entry; None without one, or if it is damaged."""
     try:
-        path = answers_folder() / f"{key}.json"
+        path = answers_folder() / f"{key}.answer"
         if path.stat().st_size > MAX_ENTRY_SIZE:
             return None
-        found = json.loads(path.read_text("utf-8"))
-    except (OSError, ValueError, RuntimeError, RecursionError):
+        digest, _, text = path.read_text("utf-8").partition("\n")
+    except (OSError, ValueError, RuntimeError):
         return None
-    fits = isinstance(found, dict) and found.keys() == members.keys()
-    return found if fits and all(isinstance(found[name], kind) for name, kind in members.items()) else None
+    return text if digest == _digest(text) else None
 
 
-def _keep(key: str, answer: dict[str, Any]) -> None:
-    text = json.dumps(answer)
-    if len(text) > MAX_ENTRY_SIZE:
+def _keep(key: str, text: str) -> None:
+    entry = f"{_digest(text)}\n{text}"
+    if len(entry) > MAX_ENTRY_SIZE:
         return
     with suppress(OSError, RuntimeError):
         where = answers_folder()
         where.mkdir(parents=True, exist_ok=True)
-        write_atomically(where / f"{key}.json", text)
+        write_atomically(where / f"{key}.answer", entry)
         _delete_old_entries(where)
+
+
+def _digest(text: str) -> str:
+    return sha256(text.encode()).hexdigest()
 
 
 def answers_folder() -> Path:

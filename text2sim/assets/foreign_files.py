@@ -20,12 +20,7 @@ WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "M
 
 
 def printable_line(text: str, longest: int = 2000) -> str:
-    """Return untrusted text as one printable line.
-
-    Args:
-        text: The text.
-        longest: Largest number of characters.
-    """
+    """Return untrusted text as one printable line of at most `longest` characters."""
     return "".join(c if c.isprintable() else " " for c in text)[:longest].strip()
 
 

@@ -18,7 +18,6 @@ SCRIPT = Path(__file__).with_name("inspection_child.py")
 TIMEOUT = 120
 """Seconds; a robot of a hundred meshes takes five on a busy machine."""
 
-ANSWER_TYPES = {"bodies": list, "joints": list, "geoms": list, "loops": int, "motors": int}
 Files = tuple[tuple[str, bytes], ...]
 
 
@@ -36,7 +35,7 @@ def inspect_model(kind: str, text: str, files: Files) -> dict[str, Any]:
     """
     named = [part for file, content in files for part in (file.encode(), content)]
     question = [SCRIPT.read_bytes(), kind.encode(), text.encode(), *named]
-    return cached_answer(question, ANSWER_TYPES, lambda: _ask_mujoco(kind, text, files))
+    return cached_answer(question, lambda: _ask_mujoco(kind, text, files))
 
 
 def _ask_mujoco(kind: str, text: str, files: Files) -> dict[str, Any]:

@@ -104,9 +104,6 @@ class Manifest(Model):
 def read_manifest(case: Path) -> Manifest:
     """Return the manifest of a case; an empty one if there is none.
 
-    Args:
-        case: The case's folder.
-
     Raises:
         SpecError: with all problems and their places.
         AssetError: if it is a link.

@@ -24,7 +24,6 @@ KNOWN_ELEMENTS = {
     "joint": frozenset("origin parent child axis limit dynamics mimic".split()),
 }
 """Elements that are kept; the engine ignores the rest (gazebo, transmission, …) or interprets it differently."""
-ANSWER_TYPES = {"limits": dict, "inertialess": bool}
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
 
 
@@ -49,9 +48,8 @@ def read_urdf(root: ET.Element, bundle: Bundle, base: str | None) -> MechanismDr
     _take_files(root, bundle)
     text, free = write_markup(root), base == "free"
     rules = Path(__file__).read_bytes()
-    facts = cached_answer(
-        [rules, text.encode(), b"free" if free else b"held"], ANSWER_TYPES, lambda: _facts(text, free=free)
-    )
+    question = [rules, text.encode(), b"free" if free else b"held"]
+    facts = cached_answer(question, lambda: _facts(text, free=free))
     return MechanismDraft(text, notes, facts["limits"], facts["inertialess"])
 
 

@@ -57,7 +57,8 @@ def show_card(
     say(f"shows as: {'; '.join(applies.signatures)}")
     say(f"failing:  {display_path(entry.failing)}  ({card.evidence.failing.outcome})")
     say(f"repaired: {display_path(entry.repaired)}  ({card.evidence.repaired.outcome})")
-    say(f"about {count_tokens(card.brief())} tokens; measured on {_versions(card.evidence.measured_on)}")
+    versions = ", ".join(f"{name} {version}" for name, version in card.evidence.measured_on.items())
+    say(f"about {count_tokens(card.brief())} tokens; measured on {versions}")
 
 
 @cards.command("find")
@@ -176,10 +177,6 @@ def _say_verdict(verdict: "Verdict", width: int) -> None:
     say(f"{word:<4}  {verdict.id:<{width}}  {outcomes}  ({duration_text(verdict.wall)})")
     if verdict.message:
         say(f"      {verdict.message}")
-
-
-def _versions(measured_on: dict[str, str]) -> str:
-    return ", ".join(f"{name} {version}" for name, version in measured_on.items())
 
 
 cards.command("distill")(distill_cards)

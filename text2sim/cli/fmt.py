@@ -30,7 +30,9 @@ def fmt(
     def change(source: Source) -> str:
         document = parse_document(source)
         if not isinstance(document.data, dict) or not document.data.keys() & KEYS:
-            raise SpecError([document.problem((), "is no case and no prefab, so it is left as it is", rule="type")])
+            raise SpecError(
+                [document.problem((), "is neither a case nor a prefab, so it is left as it is", rule="type")]
+            )
         return format_source(source)
 
     def report(source: Source, text: str) -> None:

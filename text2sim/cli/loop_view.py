@@ -11,16 +11,16 @@ from text2sim.service.phrases import duration_text
 from text2sim.spec_schema.plain import plain, plain_line
 
 if TYPE_CHECKING:
+    from rich.status import Status
+
     from text2sim.agents.journal import Listener
     from text2sim.agents.loop_result import LoopOutcome
     from text2sim.agents.session import Session
 
 TITLES = {
     "reader": "Reader", "planner": "Planner", "scene": "Scene Writer", "bodies": "Body Writer",
-    "actions": "Action Writer",
-    "render": "Render Writer", "articulation": "Articulation agent", "mesh": "Mesh agent", "critic": "Critic",
-    "viewer": "Visual Judge",
-    "distiller": "Distiller",
+    "actions": "Action Writer", "render": "Render Writer", "articulation": "Articulation agent", "mesh": "Mesh agent",
+    "critic": "Critic", "viewer": "Visual Judge", "distiller": "Distiller",
 }  # fmt: skip
 LONG = 160
 
@@ -31,25 +31,24 @@ def looking_on(name: str, *, quiet: bool = False) -> Iterator["Listener"]:
     if quiet:
         yield lambda event, what: None
     elif sys.stderr.isatty():
-        with _live(name) as listener:
-            yield listener
+        from rich.console import Console
+        from rich.status import Status
+
+        with Status(f"{name}: working", console=Console(stderr=True)) as status:
+            yield _View(name, status)
     else:
-        yield _Plain()
+        yield _View(name)
 
 
-class _Plain:
-    """Printer of one line for each event."""
+class _View:
+    """Printer of one line for each event, and of what the loop is waiting for, if there is a status line."""
 
-    def __init__(self) -> None:
+    def __init__(self, name: str, status: "Status | None" = None) -> None:
+        self.name, self.status = name, status
         self.waiting: dict[str, None] = {}
         self.doing = ""
 
     def __call__(self, event: str, what: dict[str, Any]) -> None:
-        self._follow(event, what)
-        for line in _lines(event, what):
-            self.print(line)
-
-    def _follow(self, event: str, what: dict[str, Any]) -> None:
         if event == "asked":
             self.waiting[what["role"]] = None
         elif event == "answered":
@@ -61,33 +60,16 @@ class _Plain:
             self.doing = f"{what['phase']}{duration}"
         elif event == "ran":
             self.doing = ""
-
-    def print(self, line: str) -> None:
-        say(line, to=sys.stderr)
-        sys.stderr.flush()
-
-    @property
-    def status(self) -> str:
-        """Text of the status line: what the loop is waiting for."""
-        asked = ", ".join(TITLES.get(role, role) for role in self.waiting)
-        return f"waiting for the {asked}" if asked else self.doing or "working"
-
-
-@contextmanager
-def _live(name: str) -> Iterator["Listener"]:
-    from rich.console import Console
-    from rich.status import Status
-
-    console = Console(stderr=True)
-    plainly = _Plain()
-    plainly.print = lambda line: console.print(plain(line), markup=False, highlight=False)  # type: ignore[method-assign]
-    with Status(f"{name}: working", console=console) as status:
-
-        def listener(event: str, what: dict[str, Any]) -> None:
-            plainly(event, what)
-            status.update(plain_line(f"{name}: {plainly.status}"))
-
-        yield listener
+        for line in _lines(event, what):
+            if self.status is not None:
+                self.status.console.print(plain(line), markup=False, highlight=False)
+            else:
+                say(line, to=sys.stderr)
+                sys.stderr.flush()
+        if self.status is not None:
+            asked = ", ".join(TITLES.get(role, role) for role in self.waiting)
+            doing = f"waiting for the {asked}" if asked else self.doing or "working"
+            self.status.update(plain_line(f"{self.name}: {doing}"))
 
 
 def _lines(event: str, what: dict[str, Any]) -> list[str]:

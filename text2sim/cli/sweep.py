@@ -55,7 +55,8 @@ def run_sweep(
             say_examined(row)
         return max(row.exit for row in bad)
 
-    code, done = exits.OK, _Table(base, name or _grid_name(grid), Path(options["runs"]))
+    name = name or f"grid-{sha256(chr(0).join(grid).encode()).hexdigest()[:6]}"
+    code, done = exits.OK, _Table(base, name, Path(options["runs"]))
     results = attempts([row for _, row in rows], quiet=as_json, **options)
     for number, ((label, _), (row, result)) in enumerate(zip(rows, results, strict=False)):
         code = max(code, row.exit if result is None else exit_of(result))
@@ -89,10 +90,6 @@ def _points(base: "Examined", name: str, grid: list[str]) -> "list[tuple[str, Ca
         base.blame(error)
         base.sources |= {"--grid": "\n".join(grid), "--sweep": name}
         return []
-
-
-def _grid_name(grid: list[str]) -> str:
-    return f"grid-{sha256(chr(0).join(grid).encode()).hexdigest()[:6]}"
 
 
 class _Table:

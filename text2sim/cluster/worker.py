@@ -23,12 +23,7 @@ STOP_GRACE = 30.0
 
 
 class Worker:
-    """Runs tasks.
-
-    Args:
-        folder: Folder for the engine's log.
-        warm: Whether to keep an engine warm.
-    """
+    """Runs tasks; `folder` is for the engine's log, and `warm` keeps an engine warm."""
 
     def __init__(self, folder: Path, *, warm: bool) -> None:
         from text2sim.runtime.program import run_program

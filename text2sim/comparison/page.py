@@ -19,12 +19,7 @@ STYLES = [(color, dashes) for dashes in ("-", "--", ":", "-.") for color in (BLU
 
 
 def write_comparison(comparison: RunComparison, path: Path) -> Path:
-    """Write the page.
-
-    Args:
-        comparison: The comparison.
-        path: The file; it is overwritten.
-    """
+    """Write the page to a file, which is replaced."""
     page = render_page(
         "comparison",
         "page.html.j2",

@@ -12,7 +12,7 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, TemplateError
 
 from text2sim import __version__
-from text2sim.compiler.emit_actions import action_context, copied_actions
+from text2sim.compiler.emit_actions import TEMPLATES, action_context, copied_actions
 from text2sim.compiler.literal import Code, comment, identifier, literal
 from text2sim.compiler.plan import EntityPlan, Group, Plan, Surface
 from text2sim.compiler.shapes.rotation import IDENTITY
@@ -20,7 +20,6 @@ from text2sim.compiler.soft.setup import SoftRecord, SoftSettings
 from text2sim.spec_schema.errors import MachineError
 from text2sim.spec_schema.whole_files import naming
 
-TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
 FILM_MODULES = (
     "ambience.py", "cadence.py", "cameras.py", "directing.py", "overlays.py", "pacing.py", "playback.py",
     "standpoints.py", "viewpoints.py", "video.py", "film.py",
@@ -160,7 +159,7 @@ def _format(texts: dict[str, str]) -> dict[str, str]:
         done = subprocess.run([*command, *map(str, paths.values())], capture_output=True, check=False)
         if done.returncode:
             complaint = done.stderr.decode().replace(folder, "").strip()
-            # An error of the operating system, such as a full disk, is no bug of ours.
+            # An error of the operating system, such as a full disk, is not a bug of ours.
             raise MachineError(f"{folder}: {complaint}") if "(os error" in complaint else TemplateBug(complaint)
         return {name: path.read_text("utf-8") for name, path in paths.items()}
 
@@ -171,16 +170,11 @@ def _context(plan: Plan) -> dict[str, Any]:
     why = {name: Code(f"  # {comment(settings.why[name])}" if name in settings.why else "") for name in names}
     soft = settings.soft
     return {
+        **vars(plan),
         "version": comment(__version__),
         "case": comment(plan.case),
-        "dt": plan.dt,
-        "steps": plan.steps,
         "duration": round(plan.steps * plan.dt, 9),
-        "every": plan.every,
         "gravity": tuple(plan.gravity),
-        "seed": plan.seed,
-        "max_speed": plan.max_speed,
-        "settings": settings,
         "solver": Code({"newton": "Newton", "cg": "CG"}[settings.solver]),
         "cone": Code(settings.cone),
         "why": why,
@@ -196,15 +190,10 @@ def _context(plan: Plan) -> dict[str, Any]:
         "bodies": [_group(group, settings.substeps) for group in plan.bodies],
         "uses_models": any(entity.morph in FROM_FILE for entity in plan.entities),
         "statics_use_models": any(e.morph in FROM_FILE for g in plan.statics for e in g.entities),
-        "motors": plan.motors,
-        "changes": plan.changes,
         "unpowered": list(plan.unpowered),
-        "initial": plan.initial,
         "contact": {name: damping for name, damping in plan.contact.items() if "." not in name},
         "uneven": len({damping for name, damping in plan.contact.items() if name not in plan.silent}) > 1,
-        "silent": plan.silent,
         "link_contact": {tuple(name.split(".")): damping for name, damping in plan.contact.items() if "." in name},
-        "frictions": plan.frictions,
         "cloth": next((name for name, facts in plan.deformables.items() if facts.solver == "pbd"), None),
         "own_materials": {entity.material for entity in plan.entities} & {*OWN_MATERIALS},
         "dampings": {name: facts.damping for name, facts in plan.deformables.items() if facts.damping},
@@ -212,7 +201,6 @@ def _context(plan: Plan) -> dict[str, Any]:
         "streams": {name: facts.stream for name, facts in plan.deformables.items() if facts.stream},
         "bending": {name: facts.bending for name, facts in plan.deformables.items() if facts.bending},
         **action_context(plan),
-        "render": plan.render,
     }
 
 

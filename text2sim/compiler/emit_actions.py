@@ -2,45 +2,19 @@
 
 import re
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 from text2sim.compiler.literal import Code
 from text2sim.compiler.plan import Plan
 
+TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
 COPIED_ACTIONS = ("points.py", "holds.py", "pushes.py", "airflow.py", "fields.py", "removals.py", "triggers.py")
 """Modules that a program gets only if it needs them."""
-OWN_FIELDS = ("Attraction", "Changing", "Fields", "Whirl")
-"""Names of `fields.py` that a program may call."""
-REGION_FINDERS = ("ball", "box", "everything", "nearest", "sides")
-"""Functions of `points.py` for regions."""
-TRIGGER_NAMES = (
-    "Crossing",
-    "Touch",
-    "Triggers",
-    "above",
-    "below",
-    "center",
-    "center_velocity",
-    "coordinate",
-    "displacement",
-    "distance",
-    "in_ball",
-    "in_box",
-    "in_cylinder",
-    "joint",
-    "links",
-    "norm",
-    "origin",
-    "outside",
-    "reduce",
-    "since_start",
-    "velocity",
-)
-"""Names of `triggers.py` that a program may call."""
 
 
 def action_context(plan: Plan) -> dict[str, Any]:
-    """Return what the templates of actions need of a plan."""
+    """Return what the templates of actions need besides the fields of a plan."""
     soft_velocities = [row for row in plan.velocities if row.entity in plan.deformables]
     watched = [row.make for row in plan.watches]
     regions = [row.region for row in (*plan.holds, *plan.pushes)] + watched
@@ -49,30 +23,20 @@ def action_context(plan: Plan) -> dict[str, Any]:
     return {
         "velocities": [row for row in plan.velocities if row.entity not in plan.deformables],
         "soft_velocities": soft_velocities,
-        "drives": plan.drives,
         "splines": any("spline(" in made for made in _schedules(plan)),
         "later_drives": any(row.later for row in plan.drives),
-        "wrenches": plan.wrenches,
-        "welds": plan.welds,
         "released_welds": any(row.event is not None for row in plan.welds),
-        "holds": plan.holds,
         "released_holds": any(isinstance(end, str) for row in plan.holds for end in row.until),
-        "pushes": plan.pushes,
         "scaled_pushes": any(row.scale is not None for row in plan.pushes),
-        "airflows": plan.airflows,
         "scaled_airflows": any(row.scale is not None for row in plan.airflows),
-        "fields": plan.fields,
         "scaled_fields": any(row.scale is not None for row in plan.fields),
         "changing_fields": [(number, row) for number, row in enumerate(plan.fields) if row.changes],
-        "removals": plan.removals,
         "removed_on_event": any(row.event is not None for row in plan.removals),
-        "watches": plan.watches,
-        "prescribed": plan.prescribed,
         "acting": Code(", ".join(acting)),
-        "finders": _names(REGION_FINDERS, regions),
-        "own_fields": _names(OWN_FIELDS, ["Fields", *(row.make for row in plan.fields)]),
+        "finders": _called("points.py", regions),
+        "own_fields": _called("fields.py", ["Fields", *(row.make for row in plan.fields)]),
         "pushing": Code(", ".join(pushing)),
-        "watching": _names(TRIGGER_NAMES, ["Triggers", *watched]),
+        "watching": _called("triggers.py", ["Triggers", *watched]),
     }
 
 
@@ -101,7 +65,8 @@ def copied_actions(plan: Plan) -> list[str]:
     return [name for name in COPIED_ACTIONS if needed[name]]
 
 
-def _names(known: Iterable[str], sources: Iterable[str]) -> Code:
-    """Return the names among `known` that are called in sources, as an import lists them."""
+def _called(module: str, sources: Iterable[str]) -> Code:
+    """Return the functions and classes of a copied module that are called in sources, as an import lists them."""
+    defined = re.findall(r"^(?:def|class) (\w+)", (TEMPLATES / module).read_text("utf-8"), re.MULTILINE)
     called = {name for source in sources for name in re.findall(r"(?<![\w.'\"])[A-Za-z_]+(?=\(|\Z|,|\))", source)}
-    return Code(", ".join(name for name in known if name in called))
+    return Code(", ".join(sorted(called.intersection(defined))))

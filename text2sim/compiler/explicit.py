@@ -53,7 +53,9 @@ class Explicit:
         """Return it in canonical form, with its comments and the lines `head` above them."""
         root = plain_layout(self.data)
         for path, comment in self.comments.items():
-            entry = _entry_at(root, path)
+            entry: LayoutEntry | None = root
+            for step in path:
+                entry = entry.child(step) if entry is not None else None
             if entry is not None:
                 entry.trail = f"# {' '.join(comment.split())}"
         return dump_layout(root, [*(head or []), ""] if head else [], [])
@@ -110,18 +112,6 @@ def _plain(value: Any) -> Any:
 
 def _set_at(data: Any, path: Path, value: Any) -> None:
     value_at(data, path[:-1])[path[-1]] = value
-
-
-def _entry_at(root: LayoutEntry, path: Path) -> LayoutEntry | None:
-    entry = root
-    for step in path:
-        if not isinstance(entry.value, list):
-            return None
-        found = next((e for k, e in enumerate(entry.value) if (e.key == step if entry.mapping else k == step)), None)
-        if found is None:
-            return None
-        entry = found
-    return entry
 
 
 # --- what was derived -----------------------------------------------------------------------------------------
@@ -252,12 +242,7 @@ def _weight(copies: list[Copy], weights: dict[str, float]) -> str:
 
 
 def folded(text: str, params: Mapping[str, Value]) -> str:
-    """Return a scalar with its parameters filled in: its `${…}` keep only what differs from copy to copy.
-
-    Args:
-        text: The scalar.
-        params: The value of every parameter.
-    """
+    """Return a scalar with its parameters filled in: its `${…}` keep only what differs from copy to copy."""
     parts = parse_interpolation(text, True).parts
     return "".join(_folded(part, params) if isinstance(part, Expression) else escaped(part) for part in parts)
 

@@ -138,10 +138,6 @@ def open_ground(scene: FilmedScene, radius: float) -> dict[str, Any] | None:
     """Return the floor below a sky without a place: grass, earth or asphalt by the colour of the ground.
 
     None if no plane has one colour of its own.
-
-    Args:
-        scene: The scene at its start.
-        radius: Of the scene [m].
     """
     for copy in ground_planes(scene):
         color = copy.model.look.color

@@ -53,7 +53,7 @@ class Arm:
         joints = [row for part in self.chain for row in part.all_joints()]
         odd = next((name for name, joint in joints if joint.kind not in ("hinge", "slider")), None)
         if odd is not None:
-            raise ReachError(f"`{odd}` between the world and `{link}` is no hinge or slider", "body")
+            raise ReachError(f"`{odd}` between the world and `{link}` is not a hinge or slider", "body")
         if tree.loops:
             raise ReachError(f"`{copy.body}` has closed loops, whose joints depend on each other", "body")
         self.joints: dict[str, TreeJoint] = dict(joints)

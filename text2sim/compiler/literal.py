@@ -35,7 +35,8 @@ def literal(value: Any) -> str:
     if kind is float:
         if not math.isfinite(value):
             raise ValueError(f"{value} has no literal")
-        return _number(value)
+        # Nine digits are below a nanometre on any scene that fits a float32 solver, and read better than seventeen.
+        return repr(0.0 if abs(value) < 1e-12 else float(f"{value:.9g}"))
     if kind is tuple:
         inner = ", ".join(literal(item) for item in value)
         return f"({inner},)" if len(value) == 1 else f"({inner})"
@@ -44,11 +45,6 @@ def literal(value: Any) -> str:
     if kind is dict:
         return "{" + ", ".join(f"{literal(k)}: {literal(v)}" for k, v in value.items()) + "}"
     raise TypeError(f"{kind.__name__} cannot enter a program")
-
-
-def _number(value: float) -> str:
-    # Nine digits are below a nanometre on any scene that fits a float32 solver, and read better than seventeen.
-    return repr(0.0 if abs(value) < 1e-12 else float(f"{value:.9g}"))
 
 
 def identifier(name: str) -> Code:
@@ -63,7 +59,7 @@ def identifier(name: str) -> Code:
 
 
 def comment(text: str) -> Code:
-    """Return text that is safe inside a comment or a one-line docstring: printable ASCII-ish, no quotes or breaks.
+    """Return text that is safe inside a comment or a one-line docstring: printable, without quotes or breaks.
 
     Anything else becomes a blank: a comment must never stop a program from being written.
     """

@@ -21,7 +21,7 @@ from text2sim.spec_schema.models.motion import (
 
 
 def value_at(schedule: Schedule, t: float, before: float = 0.0) -> float:
-    """Return the value of a schedule at time t [s]; `before` stands in for a ramp's missing `from`.
+    """Return the value of a schedule at a time.
 
     Args:
         schedule: The schedule.

@@ -57,16 +57,12 @@ def _quota(found: Counter[str]) -> dict[str, int]:
 
 
 def guess_by_words(rows: Sequence[Row], cases: Sequence[str]) -> dict[str, float]:
-    """Return the shares of questions that are answered correctly without pictures.
+    """Return the shares of questions (rows, and the case of each) that are answered correctly without pictures.
 
     `by_words`: by naive Bayes over the words and pairs of words of question and choice, trained on other cases. The
     same cases must not train it: where answers are balanced exactly, the remaining ones are wrong.
     `by_wording`: by someone who knows the most frequent answer to every wording; an upper bound for words alone.
     `by_chance`: by guessing.
-
-    Args:
-        rows: Rows of the table of questions.
-        cases: The case of each row.
     """
     if not rows:
         return dict.fromkeys(("by_words", "by_wording", "by_chance"), 0.0)

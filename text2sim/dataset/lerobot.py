@@ -57,12 +57,7 @@ def robot_form(item: Item) -> RobotForm | None:
 
 
 class RobotWriter:
-    """Writes the episodes of one LeRobot dataset.
-
-    Args:
-        folder: Folder of this LeRobot dataset.
-        form: Form of all its episodes.
-    """
+    """Writes the episodes of one LeRobot dataset."""
 
     def __init__(self, folder: Path, form: RobotForm):
         self._folder = folder
@@ -178,11 +173,7 @@ def _column(rows: Any) -> Any:
 
 
 def episodes_of(folder: Path) -> list[tuple[str, Path]]:
-    """Return the item and the film of each episode.
-
-    Args:
-        folder: A LeRobot dataset that `RobotWriter` wrote.
-    """
+    """Return the item and the film of each episode in a folder that `RobotWriter` wrote."""
     found = []
     for path in sorted((folder / "meta" / "episodes").glob("*/*.parquet")):
         for row in pq.read_table(path).to_pylist():

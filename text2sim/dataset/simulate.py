@@ -74,12 +74,7 @@ class DrawResult:
 
 
 def task_of(job: DrawJob, measured: Needs) -> Task:
-    """Return a job as a task.
-
-    Args:
-        job: The job.
-        measured: Measured needs of a simulation of its case.
-    """
+    """Return a job as a task with the measured needs of a simulation of its case."""
     count = 1 + len(job.recipe.sources[job.source].counterfactuals)
     needs = replace(measured, seconds=None if measured.seconds is None else measured.seconds * count)
     own = job.recipe.model_copy(update={"sources": {job.source: job.recipe.sources[job.source]}})

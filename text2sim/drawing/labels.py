@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from PIL import Image, ImageFilter
 
 from text2sim.drawing.canvas import INK, Box, Canvas, Color, text_width
 from text2sim.drawing.panel import Panel
@@ -131,15 +132,7 @@ def _crossing(x: np.ndarray, y: np.ndarray, ends: np.ndarray, other: PlacedLabel
 
 def _grown(mask: np.ndarray) -> np.ndarray:
     """A mask grown by three pixels."""
-    grown = mask.copy()
-    for shift in (1, 2, 3):
-        grown[shift:] |= mask[:-shift]
-        grown[:-shift] |= mask[shift:]
-    wide = grown.copy()
-    for shift in (1, 2, 3):
-        wide[:, shift:] |= grown[:, :-shift]
-        wide[:, :-shift] |= grown[:, shift:]
-    return wide
+    return np.asarray(Image.fromarray(mask.astype(np.uint8)).filter(ImageFilter.MaxFilter(7)), bool)
 
 
 def draw_labels(

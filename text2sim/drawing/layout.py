@@ -36,12 +36,7 @@ MANY_TRIANGLES = 40_000
 
 
 def layout(resolution: Resolution, variant: str = "") -> bytes:
-    """Return the page as a PNG.
-
-    Args:
-        resolution: The resolved case.
-        variant: Description of the overlay, for the title.
-    """
+    """Return the page as a PNG; `variant` describes the overlay in the title."""
     props = stage(resolution)
     bounds = subject_bounds(props)
     width, height = SIZE

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from text2sim.compiler.shapes.hulls import outward_hull
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.surface import VisualMesh, surface
 from text2sim.spec_schema.models.shapes import Box
@@ -108,17 +109,13 @@ def solid(piece: Piece, sides: int) -> Triangles:
     corners = np.array(piece.vertices, float)
     if piece.faces:
         return flat_shaded(corners[np.array(piece.faces)])
-    from scipy.spatial import ConvexHull, QhullError
+    from scipy.spatial import QhullError
 
     try:
-        hull = ConvexHull(corners)
+        used, faces = outward_hull(corners)
     except (QhullError, ValueError):
         return flat_shaded(np.zeros((0, 3, 3)))
-    triangles = corners[hull.simplices]
-    a, b, c = triangles.transpose(1, 0, 2)
-    inward = np.einsum("nk,nk->n", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
-    triangles[inward] = triangles[inward][:, ::-1]
-    return flat_shaded(triangles)
+    return flat_shaded(corners[used][faces])
 
 
 def flat_shaded(corners: np.ndarray) -> Triangles:

@@ -119,12 +119,9 @@ class _Painter:
             mine = np.flatnonzero(owner == number)
             light[mine] = self._ground(triangle[mine], x[mine], y[mine]).T
         things = np.flatnonzero(~grounds)
-        light[things] = self._thing(triangle[things], owner[things], x[things], y[things]).T
+        spots = self._spots(triangle[things], owner[things], x[things], y[things])
+        light[things] = lit(spots, self.light.lamps, self.light.maps, self.light.ambient).T
         return light
-
-    def _thing(self, triangle: np.ndarray, owner: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        spots = self._spots(triangle, owner, x, y)
-        return lit(spots, self.light.lamps, self.light.maps, self.light.ambient)
 
     def _spots(self, triangle: np.ndarray, owner: np.ndarray, x: np.ndarray, y: np.ndarray) -> Spots:
         start, ray = self.fine.sight(x, y)
@@ -241,17 +238,13 @@ class _Painter:
         h, w = self.view.height, self.view.width
         first = self.owners[ids[:, 0]].reshape(h, w)
         edge = np.zeros((h, w), np.float32)
-        if self.view.parallel:
-            self._add_steps(edge)
+        if self.view.parallel:  # lines where depth jumps, as at the rim of a cup
+            depth = self.raster.depth(self.raster.nearness[::2, ::2]).astype(np.float32)
+            steep = np.float32(STEEP_CHANGE / self.view.focal)
+            edge[:, 1:][np.abs(depth[:, 1:] - depth[:, :-1]) > steep] = 0.35
+            edge[1:][np.abs(depth[1:] - depth[:-1]) > steep] = 0.35
         edge[:, 1:][first[:, 1:] != first[:, :-1]] = 0.5
         edge[1:][first[1:] != first[:-1]] = 0.5
         inside = self.owners[ids[mixed]]
         edge.reshape(-1)[mixed[(inside != inside[:, :1]).any(axis=1)]] = 0.75
         return edge.ravel()
-
-    def _add_steps(self, edge: np.ndarray) -> None:
-        """Add lines where depth jumps between pixels, as at the rim of a cup."""
-        depth = self.raster.depth(self.raster.nearness[::2, ::2]).astype(np.float32)
-        steep = np.float32(STEEP_CHANGE / self.view.focal)
-        edge[:, 1:][np.abs(depth[:, 1:] - depth[:, :-1]) > steep] = 0.35
-        edge[1:][np.abs(depth[1:] - depth[:-1]) > steep] = 0.35

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.evaluation.judging import KINDS, Judgement, Kind, read_judgements
-from text2sim.evaluation.method_folder import CaseResult, MethodFolder, Resources, read_method
+from text2sim.evaluation.method_folder import MethodFolder, Resources, read_method
 from text2sim.evaluation.scores import PHYSICAL_WEIGHTS, VISUAL_WEIGHTS
 from text2sim.evaluation.statistics import (
     Estimate,
@@ -154,22 +154,17 @@ def _case_resources(name: str, method: MethodFolder | None, suite: Suite) -> lis
             continue
         result = made.result
         head = {"method": name, "prompt": prompt, "status": result.status, "accepted": result.accepted}
-        found.append(head | {"role": "all", **_spent(result.total), **_times(result)})
-        for role, spent in (result.roles or {}).items():
-            found.append(head | {"role": role, **_spent(spent), **_times(None), "calls": spent.calls})
+        wall, simulation = result.wall_s, result.simulation_s
+        without = max(0.0, wall - simulation) if wall is not None and simulation is not None else None
+        times = {"wall_s": wall, "simulation_s": simulation, "without_simulation_s": without}
+        found.append(head | {"role": "all", **_spent(result.total), **times, "attempts": result.attempts})
+        found += [head | {"role": role, **_spent(spent)} for role, spent in (result.roles or {}).items()]
     return found
 
 
 def _spent(spent: Resources | None) -> Row:
     names = ("calls", "tokens_in", "tokens_out", "tokens_cached", "cost")
     return {name: getattr(spent, name) if spent is not None else None for name in names}
-
-
-def _times(result: CaseResult | None) -> Row:
-    wall, simulation = (result.wall_s, result.simulation_s) if result else (None, None)
-    without = max(0.0, wall - simulation) if wall is not None and simulation is not None else None
-    attempts = result.attempts if result else None
-    return {"wall_s": wall, "simulation_s": simulation, "without_simulation_s": without, "attempts": attempts}
 
 
 def _flat(row: Judgement, models: Sequence[str]) -> Row:

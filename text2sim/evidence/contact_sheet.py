@@ -88,9 +88,5 @@ def contact_sheet(
 
 
 def _frames(folder: Path) -> list[tuple[str, int, Path]]:
-    found = []
-    for path in folder.glob("*.png"):
-        match = _FRAME.match(path.name)
-        if match is not None:
-            found.append((match["camera"], int(match["number"]), path))
-    return sorted(found)
+    found = ((_FRAME.match(path.name), path) for path in folder.glob("*.png"))
+    return sorted((match["camera"], int(match["number"]), path) for match, path in found if match is not None)

@@ -37,26 +37,25 @@ def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
         thin = body.thinned(LOOKED_AT, states.frames)
         time = states.time[:: thin.step]
         rows["every"] = max(rows.get("every", 1), thin.step)
-        for name, unit, of, bad in _QUANTITIES:
+        for name, unit, of in _QUANTITIES:
             try:
                 values = of(recording, thin)
             except DeformationError:
                 continue
             if values is not None:
-                _record_worst(rows, name, values, bad, {"unit": unit, "copy": body.body}, time)
-        _record_worst(
-            rows, "speed", states.soft_speed[:, body.index].astype(float), _large,
-            {"unit": "m/s", "copy": body.body}, states.time,
-        )  # fmt: skip
+                bad = _far_from_one if name == "volume" else np.asarray
+                _record_worst(rows, name, values, {"unit": unit, "copy": body.body}, time, bad)
+        speed = states.soft_speed[:, body.index].astype(float)
+        _record_worst(rows, "speed", speed, {"unit": "m/s", "copy": body.body}, states.time)
         depth, where = penetration(recording, thin)
-        _record_worst(rows, "penetration", depth, _large, {"unit": "m", "copy": body.body}, time, where)
+        _record_worst(rows, "penetration", depth, {"unit": "m", "copy": body.body}, time, where=where)
         if body.kind == "soft" and body.solver == "mpm":
             rarely = body.thinned(LOOKED_FOR_TEARS, states.frames)
             times, torn = states.time[:: rarely.step], 1.0 - tearing.pieces(rarely)[1]
-            _record_worst(rows, "torn", torn, _large, {"unit": "", "copy": body.body, **first_torn(torn, times)}, times)
+            _record_worst(rows, "torn", torn, {"unit": "", "copy": body.body, **first_torn(torn, times)}, times)
         if body.kind in FLOWING:
             share, walls = leaks(recording, thin)
-            _record_worst(rows, "leaked", share, _large, {"unit": "", "copy": body.body}, time, walls)
+            _record_worst(rows, "leaked", share, {"unit": "", "copy": body.body}, time, where=walls)
     return found
 
 
@@ -76,10 +75,10 @@ def first_torn(torn: Array, times: Array) -> dict[str, float]:
 
 
 def _record_worst(
-    rows: dict[str, Any], name: str, values: Array, bad: Callable[[Array], Array], context: dict[str, Any],
-    time: Array, where: list[str] | None = None,
+    rows: dict[str, Any], name: str, values: Array, context: dict[str, Any], time: Array,
+    bad: Callable[[Array], Array] = np.asarray, where: list[str] | None = None,
 ) -> None:  # fmt: skip
-    """Record the worst of values (F,), unless another copy's is worse."""
+    """Record the worst of values (F,), by default the largest, unless another copy's is worse."""
     with np.errstate(all="ignore"):
         badness = np.where(np.isfinite(values), bad(values), -np.inf)
     at = int(np.argmax(badness))
@@ -89,10 +88,6 @@ def _record_worst(
             rows[name]["in"] = where[at]
 
 
-def _large(values: Array) -> Array:
-    return values
-
-
 def _far_from_one(values: Array) -> Array:
     return np.abs(np.log(np.maximum(values, 1e-300)))
 
@@ -100,10 +95,6 @@ def _far_from_one(values: Array) -> Array:
 def _volume(recording: RecordedCase, body: RecordedDeformable) -> Array:
     volume = deformation.volumes(body)
     return volume / volume[0]
-
-
-def _stretch(recording: RecordedCase, body: RecordedDeformable) -> Array:
-    return deformation.stretches(body).max(axis=1).astype(float)
 
 
 def _strain(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
@@ -122,21 +113,15 @@ def _share_at_walls(recording: RecordedCase, body: RecordedDeformable) -> Array 
     return np.array([((x <= low) | (x >= high)).any(axis=1).mean() for x in body.points])
 
 
-def _self_penetration(recording: RecordedCase, body: RecordedDeformable) -> Array:
-    return folds.self_penetration(body, recording.thickness(body))
-
-
-_QUANTITIES: tuple[
-    tuple[str, str, Callable[[RecordedCase, RecordedDeformable], Array | None], Callable[[Array], Array]], ...
-] = (
-    ("volume", "", _volume, _far_from_one),
-    ("stretch", "", _stretch, _large),
-    ("strain", "", _strain, _large),
-    ("inverted", "", lambda recording, body: deformation.inverted(body), _large),
-    ("self_penetration", "m", _self_penetration, _large),
-    ("against_bounds", "", _share_at_walls, _large),
+_QUANTITIES: tuple[tuple[str, str, Callable[[RecordedCase, RecordedDeformable], Array | None]], ...] = (
+    ("volume", "", _volume),
+    ("stretch", "", lambda recording, body: deformation.stretches(body).max(axis=1).astype(float)),
+    ("strain", "", _strain),
+    ("inverted", "", lambda recording, body: deformation.inverted(body)),
+    ("self_penetration", "m", lambda recording, body: folds.self_penetration(body, recording.thickness(body))),
+    ("against_bounds", "", _share_at_walls),
 )
-"""Name and unit, functions for the values over frames (None if a body has none) and for how bad a value is."""
+"""Name, unit and values over frames; None if a body has none."""
 
 
 def first_non_finite(recording: RecordedCase) -> tuple[int, list[str]] | None:

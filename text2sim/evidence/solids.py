@@ -116,8 +116,9 @@ def solid_of_mesh(vertices: Array, faces: Array) -> LinkSolid | None:
     """Return a mesh as a solid in the frame of its link; None if it has no volume."""
     from scipy.spatial import ConvexHull, QhullError  # slow to import, and rarely needed
 
-    sound = len(vertices) and np.isfinite(vertices).all() and (not faces.size or 0 <= faces.min() <= faces.max())
-    if not sound or (faces.size and faces.max() >= len(vertices)):
+    if not len(vertices) or not np.isfinite(vertices).all():
+        return None
+    if faces.size and not 0 <= faces.min() <= faces.max() < len(vertices):
         return None
     if not len(faces) or is_convex(vertices, faces):
         try:

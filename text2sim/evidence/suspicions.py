@@ -32,12 +32,7 @@ MAX_STRETCH = 1.5
 
 
 def suspicions(recording: RecordedCase, found: dict[str, dict[str, Any]]) -> list[str]:
-    """Return one message for each sign, for the worst copy of a body only.
-
-    Args:
-        recording: The recording.
-        found: Result of `soft_diagnostics`.
-    """
+    """Return one message for each sign that `soft_diagnostics` found, for the worst copy of a body only."""
     spacing = {body_of(body.body): body.spacing for body in recording.states.deformables}
     rows = []
     for name, row in found.items():

@@ -83,7 +83,7 @@ def _axis(recording: RecordedCase, target: RecordedTarget) -> tuple[Array, Array
     """Return both ends of the axis of a rod [m], world, (F, 3) each; a box has it along its longest side."""
     solid, *more = _solids(recording, target)
     if more or solid.kind not in RODS:
-        raise MeasureError(f"{target.label} is no rod: it takes a {', '.join(RODS[:-1])} or {RODS[-1]}")
+        raise MeasureError(f"{target.label} is not a rod: it takes a {', '.join(RODS[:-1])} or {RODS[-1]}")
     low, high = solid.bounds
     longest = int(np.argmax(high - low))
     end = np.zeros(3)

@@ -140,12 +140,7 @@ def nearest_frame(frames: Iterable[Frame], t: float) -> Frame | None:
 
 
 def read_picture(path: Path, size: tuple[int, int]) -> Array:
-    """Return a picture scaled to a size, colours 0 to 1, shape (h, w, 3).
-
-    Args:
-        path: The file of the picture.
-        size: Width and height [pixels].
-    """
+    """Return a picture file scaled to a width and height [pixels], colours 0 to 1, shape (h, w, 3)."""
     from PIL import Image
 
     with Image.open(path) as picture:

@@ -108,12 +108,7 @@ class Recorded:
         return look(self.things(t), raster_view(camera, size))
 
     def flat_picture(self, sight: Sight, background: Any) -> Array:
-        """Return a picture with flat colours, 0 to 1, shape (h, w, 3).
-
-        Args:
-            sight: What the camera sees.
-            background: Colour of the background.
-        """
+        """Return what a camera sees as a picture with flat colours, 0 to 1, shape (h, w, 3)."""
         colors = np.concatenate([self.colors, np.asarray(background, float).reshape(1, 3)])
         return colors[sight.front].reshape(sight.view.height, sight.view.width, 3)
 

@@ -122,7 +122,7 @@ class Facts:
         return found
 
     def ground(self, copy: Copy) -> Ground | None:
-        """Return the ground that a copy is; None if it is no plane."""
+        """Return the ground that a copy is; None if it is not a plane."""
         return next((ground for ground in self.planes if ground.copy is copy), None)
 
     def tree(self, copy: Copy) -> Tree | None:
@@ -262,7 +262,7 @@ class Facts:
 
     @cached_property
     def up(self) -> Vec:
-        """Unit vector against gravity, of which there must be some."""
+        """Unit vector against gravity, which must not be zero."""
         x, y, z = self.case.scene.gravity
         return (-x / self.pull, -y / self.pull, -z / self.pull)
 

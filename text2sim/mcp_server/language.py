@@ -46,7 +46,7 @@ def language(topic: str, offset: int) -> ToolAnswer:
     found = _find_pages(words)
     if len(found) == 1:
         page = found[0]
-        text = _page_text(page)
+        text = "\n".join([page.text, *(subpage.text for subpage in _subpages(page))])
         below = [subpage.name for subpage in _subpages(page)]
         document = {"topic": page.path}
         if len(text) > MAX_PAGE and below:
@@ -128,10 +128,6 @@ def _subpages(page: Page) -> list[Page]:
             break
         found.append(other)
     return found
-
-
-def _page_text(page: Page) -> str:
-    return "\n".join([page.text, *(subpage.text for subpage in _subpages(page))])
 
 
 @cache

@@ -72,12 +72,7 @@ def remove_abandoned(folder: Path) -> None:
 
 
 def save(path: Path, write: Callable[[Path], object]) -> None:
-    """Write a file atomically.
-
-    Args:
-        path: The file.
-        write: Writes the content to a given path.
-    """
+    """Write a file atomically; `write` writes its content to a given path."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as part:
         write(part)

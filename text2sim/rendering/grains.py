@@ -115,7 +115,7 @@ def surface_normals(points: Array, spacing: float) -> Array:
     dense = gaussian_filter(np.minimum(filled, 1).astype(np.float32), SOFTENED * spacing / edge, truncate=3.0)
     sides: Any = np.gradient(dense)
     slope = -np.stack([side[tuple(cells.T)] for side in sides], axis=1).astype(float)
-    slope[:, 2] = np.maximum(slope[:, 2], 0.0)  # a heap ends on the ground, which is no surface to be seen
+    slope[:, 2] = np.maximum(slope[:, 2], 0.0)  # a heap ends on the ground, which hides its lower side
     length = np.linalg.norm(slope, axis=1, keepdims=True)
     known = (length > 1e-6) & ~lone[:, None]
     return np.where(known, slope / np.maximum(length, 1e-6), (0.0, 0.0, 1.0))

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
+from scipy.spatial import HalfspaceIntersection, QhullError
 
+from text2sim.compiler.shapes.hulls import outward_hull
 from text2sim.templates.shading import Shell
 
 Array = NDArray[np.floating]
@@ -236,15 +237,10 @@ def _bevelled(vertices: Array, faces: Indices) -> RenderMesh | None:
         return None
     cloud, ways = np.concatenate(points), np.concatenate(normals)
     try:
-        hull = ConvexHull(cloud, qhull_options="Qt")
+        used, made = outward_hull(cloud, "Qt")
     except QhullError:
         return None
-    made = hull.simplices
-    a, b, c = np.moveaxis(cloud[made], 1, 0)
-    inward = (np.cross(b - a, c - a) * hull.equations[:, :3]).sum(axis=1) < 0
-    made[inward] = made[inward][:, ::-1]
-    used, made = np.unique(made, return_inverse=True)
-    return RenderMesh(cloud[used], made.reshape(-1, 3), ways[used])
+    return RenderMesh(cloud[used], made, ways[used])
 
 
 def _planes(vertices: Array, faces: Indices) -> Array | None:

@@ -22,7 +22,7 @@ MIN_RIM_OPACITY = 0.15
 """Opacity below which a pane has no rim."""
 FACING, BOXY = 0.9, 0.88
 """Cosine from which a triangle belongs to the broad sides, and fraction of the broad sides that such triangles cover:
-less, and the shape is no box."""
+less, and the shape is not a box."""
 
 
 @dataclass(frozen=True)

@@ -68,11 +68,7 @@ class FilmMoment:
 
 
 class FilmStage:
-    """Everything that a film shows.
-
-    Args:
-        recording: The recording of the run.
-    """
+    """Everything that a film shows."""
 
     def __init__(self, recording: FilmRecord):
         self.recording, film = recording, recording.film
@@ -258,12 +254,7 @@ def _is_plane(part: WornMesh, recording: FilmRecord, level: float) -> bool:
 
 
 def sensor(view: View, size: tuple[int, int]) -> Any:
-    """Return a Mitsuba sensor for a camera of the film.
-
-    Args:
-        view: View of the film's camera.
-        size: Width and height [pixels].
-    """
+    """Return a Mitsuba sensor for a view of the film, of a width and height [pixels]."""
     mi = mitsuba()
     right, up, ahead = basis(view.pos, view.look_at, view.up)
     matrix = np.eye(4)

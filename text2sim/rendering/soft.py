@@ -228,7 +228,7 @@ class Coat:
 
 
 def is_clear(kind: str, look: SurfaceLook, *, printed: bool = False) -> bool:
-    """Return whether a surface is drawn as a clear skin, which does not refract; a veil is no skin.
+    """Return whether a surface is drawn as a clear skin, which does not refract; a veil is not.
 
     Args:
         kind: Kind of the body.

@@ -45,10 +45,6 @@ def is_quick(folder: Path) -> bool:
 def write_replay(folder: Path, case: Case) -> Path:
     """Write the replay of a judged run; return its path.
 
-    Args:
-        folder: The run folder.
-        case: The case.
-
     Raises:
         RunError: if nothing is recorded, or the recording is damaged.
     """
@@ -76,10 +72,6 @@ def live_page(nonce: str) -> str:
 
 def pack_scene(folder: Path, case: Case) -> tuple[str, str]:
     """Pack the recording of a run, which may be in progress, and its evidence.
-
-    Args:
-        folder: The run folder.
-        case: The case.
 
     Returns:
         Data for the viewer, as JSON that cannot end an HTML element; the arrays, deflated, in base64.

@@ -144,8 +144,8 @@ def _lines(source: Any, file: str) -> list[str]:
     return re.split(r"\r\n|\r|\n", text) if isinstance(text, str) else []
 
 
-def _excerpt(line: str, problem: Problem, width: int = 110) -> str:
-    column = problem.column - 1
+def _excerpt(line: str, problem: Problem) -> str:
+    column, width = problem.column - 1, 110
     # A window around the column of a long line.
     first = max(0, column - width * 2 // 3) if len(line) > width else 0
     shown = plain_line(line[first : first + width])

@@ -18,12 +18,7 @@ OVERALL = "all questions"
 
 
 def analyse(study: Study, answers: Sequence[StudyAnswer]) -> dict[str, Any]:
-    """Return scores, agreement and counts of answers, as plain data.
-
-    Args:
-        study: The study.
-        answers: Its answers, including those of people who have not finished.
-    """
+    """Return scores, agreement and counts of answers, also of people who have not finished, as plain data."""
     ratings = defaultdict[tuple[str, str, str], list[int]](list)
     left, abstained = list[int](), 0
     for answer in answers:

@@ -33,12 +33,7 @@ class StudyAnswer(NamedTuple):
 
 
 class Answers:
-    """The answers of a study.
-
-    Args:
-        folder: The folder of the study.
-        study: The study.
-    """
+    """The answers of a study, in its folder."""
 
     def __init__(self, folder: Path, study: Study) -> None:
         self._study = study

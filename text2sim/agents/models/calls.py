@@ -251,12 +251,7 @@ class Budget:
         return None if self._minutes is None else max(0.0, self._minutes - self.minutes_used)
 
     def exceeded(self, account: Account, overtime: float = 0.0) -> str | None:
-        """Describe the limit that is reached; None if none is.
-
-        Args:
-            account: What was spent.
-            overtime: Minutes beyond the limit of time that are allowed.
-        """
+        """Describe the limit that is reached; None if none is. That of time may be passed by `overtime` minutes."""
         spent = account.total()
         if self._tokens is not None and spent.tokens >= self._tokens:
             return f"{spent.tokens:,} of {self._tokens:,} tokens are spent"

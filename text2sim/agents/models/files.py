@@ -22,13 +22,9 @@ def write_durably(path: Path, content: str | bytes) -> None:
 
 
 def read_plain(path: Path, limit: int) -> str:
-    """Return the text of an ordinary file.
+    """Return the text of an ordinary file of at most `limit` bytes.
 
     Links are not followed, and only regular files are read: a pipe may never end.
-
-    Args:
-        path: The file.
-        limit: Largest size [bytes].
 
     Raises:
         UnfitFileError: If it is a link, not a regular file, too large, or not UTF-8.

@@ -57,9 +57,6 @@ def read_reply(text: str) -> Parsed:
     The data is in a fenced block (the last complete one marked as YAML or JSON, else the last unmarked one), or bare,
     with or without prose around it. JSON may contain comments and trailing commas.
 
-    Args:
-        text: The reply.
-
     Raises:
         ReplyError: If it holds no data, or data that is incomplete or invalid, has duplicate keys, anchors, aliases or
             tags, or is too deep or too large. Line numbers refer to the whole reply.

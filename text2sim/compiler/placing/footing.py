@@ -31,26 +31,21 @@ _WALL_GAP = 1e-6
 """Gap [m] that is left to a wall, so that what stands there can still fall."""
 
 
-def region_point(target: PlacedGroup, region: BodyRegion, key: str) -> Vec:
+def region_point(target: PlacedGroup, region: BodyRegion) -> Vec:
     """Return the middle [m] of a region of one body, in the world.
-
-    Args:
-        target: The body.
-        region: The region.
-        key: Key of the relation that an error points at.
 
     Raises:
         PlaceError: if it is a plane, or several bodies, or nothing lies in the region.
     """
     if target.planes:
-        raise PlaceError("a plane has neither sides nor corners; say `at: [x, y]`", key)
+        raise PlaceError("a plane has neither sides nor corners; say `at: [x, y]`", "at")
     if len(target.members) > 1:
-        raise PlaceError("this means several copies, but a region belongs to one body: name one of them", key)
+        raise PlaceError("this means several copies, but a region belongs to one body: name one of them", "at")
     (spot,) = target.members
     try:
         middle = region_middle(region, skin_of(target.sizes.pieces(spot)))
     except RegionError as error:
-        raise PlaceError(str(error), key) from None
+        raise PlaceError(str(error), "at") from None
     return frame_apply(spot.pos, spot.quat, middle)
 
 
@@ -63,7 +58,7 @@ def face_under(place: Place, target: PlacedGroup) -> Vec:
     x, y, _ = target.middle()
     if isinstance(place.at, BodyRegion) and len(target.members) == 1:
         # Somewhat inwards: a side or a corner of a face belongs to other faces as well.
-        a, b, _ = region_point(target, place.at, "at")
+        a, b, _ = region_point(target, place.at)
         x, y = x + _REGION_SHARE * (a - x), y + _REGION_SHARE * (b - y)
     elif isinstance(place.at, tuple):
         x, y = place.at
@@ -91,7 +86,7 @@ def footing(
     region = place.at
     assert isinstance(region, BodyRegion)
     if not region.sides:
-        x, y, _ = region_point(target, region, "at")
+        x, y, _ = region_point(target, region)
         return x - middle[0], y - middle[1]
     if target.planes:
         raise PlaceError("a plane has neither sides nor corners; say `at: [x, y]`", "at")

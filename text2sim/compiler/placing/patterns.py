@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, quat_from_yaw
 from text2sim.spec_schema.models.repeat import Glyphs, Grid, Line, Repeat, Ring, RunningBond, Spiral
 from text2sim.spec_schema.models.shapes import Box
+from text2sim.spec_schema.names.name_table import count_copies
 
 Variables = dict[str, int | float]
 """`i`, `n`, `u`, `row`, `column`, `layer` of a copy."""
@@ -36,13 +37,7 @@ class PatternSlot:
 
 def copy_count(repeat: Repeat, letters: Rows = ()) -> int:
     """Return how many copies a pattern makes; see `copy_variables`."""
-    if isinstance(repeat, Glyphs):
-        return len(letters)
-    if isinstance(repeat, Grid):
-        return math.prod(repeat.counts)
-    if isinstance(repeat, RunningBond):
-        return repeat.rows * repeat.columns + (repeat.rows // 2 if repeat.ends == "half" else 0)
-    return repeat.count
+    return len(letters) if isinstance(repeat, Glyphs) else count_copies(repeat)
 
 
 def copy_variables(repeat: Repeat, letters: Rows = ()) -> list[Variables]:

@@ -73,7 +73,7 @@ def touch(place: Place, subject: PlacedGroup, target: PlacedGroup) -> Vec:
     """
     d = _unit(place)
     here = subject.middle()
-    there = region_point(target, place.at, "at") if isinstance(place.at, BodyRegion) else target.middle()
+    there = region_point(target, place.at) if isinstance(place.at, BodyRegion) else target.middle()
     if not target.members and place.align is not None:
         raise PlaceError("a plane has no ends to align with", "align")
     # So far apart that the balls around the two do not overlap.

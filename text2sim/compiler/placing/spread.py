@@ -7,7 +7,7 @@ from text2sim.compiler.placing.lettering import lettered
 from text2sim.compiler.placing.packing import PackingError, grain_of, pack
 from text2sim.compiler.placing.patterns import bond_slots, pattern_slots
 from text2sim.compiler.placing.place_error import PatternError
-from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, quat_multiply, quat_rotate, vector_plus
+from text2sim.compiler.shapes.rotation import IDENTITY, Vec, quat_multiply, quat_rotate, vector_plus
 from text2sim.compiler.shapes.sizes import CopySpot, Sizes
 from text2sim.compiler.shapes.space import SpaceError
 from text2sim.spec_schema.models.repeat import Glyphs, Line, Packing, Repeat, RunningBond, Stack
@@ -39,13 +39,12 @@ def spread(repeat: Repeat, spots: Sequence[CopySpot], sizes: Sizes) -> list[Copy
         raise PatternError("a line with a `start` begins there; leave out `start` or `pos`", "pose", "pos")
     starts = again(start) if start is not None else (spot.pos for spot in spots)
     return [
-        spot._replace(pos=vector_plus(base, slot.offset), quat=_turned_by(slot.turn, spot.quat))
+        spot._replace(
+            pos=vector_plus(base, slot.offset),
+            quat=spot.quat if slot.turn == IDENTITY else quat_multiply(slot.turn, spot.quat),
+        )
         for spot, base, slot in zip(spots, starts, pattern_slots(repeat), strict=False)
     ]
-
-
-def _turned_by(turn: Quaternion, quat: Quaternion) -> Quaternion:
-    return quat if turn == IDENTITY else quat_multiply(turn, quat)
 
 
 def _stacked(stack: Stack, spots: Sequence[CopySpot], sizes: Sizes) -> list[CopySpot]:
@@ -74,9 +73,7 @@ def _bonded(bond: RunningBond, spots: Sequence[CopySpot]) -> list[CopySpot]:
         offset = slot.offset if spot.quat == IDENTITY else quat_rotate(spot.quat, slot.offset)
         shape = spot.shape
         if slot.size is not None:
-            shape = halves.get(slot.size) or halves.setdefault(
-                slot.size, Box.model_construct(kind="box", size=slot.size)
-            )
+            shape = halves.setdefault(slot.size, Box.model_construct(kind="box", size=slot.size))
         found.append(spot._replace(pos=vector_plus(spot.pos, offset), shape=shape))
     return found
 

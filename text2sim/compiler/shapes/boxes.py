@@ -11,7 +11,7 @@ NOWHERE: Bounds = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 def around(points: Iterable[Vec]) -> Bounds:
-    """Return the box around points, of which there is at least one."""
+    """Return the box around one or more points."""
     x, y, z = zip(*points, strict=True)
     return (min(x), min(y), min(z)), (max(x), max(y), max(z))
 

@@ -122,7 +122,7 @@ def wall_of(vertices: "np.ndarray", faces: "np.ndarray") -> float:
     """
     own = Path(__file__).read_bytes()
     question = (b"wall", own, sha256(vertices.tobytes()).digest(), sha256(faces.tobytes()).digest())
-    return cached_answer(question, {"wall": float}, lambda: {"wall": _wall(vertices, faces)})["wall"]
+    return cached_answer(question, lambda: _wall(vertices, faces))
 
 
 def _wall(vertices: "np.ndarray", faces: "np.ndarray") -> float:

@@ -23,7 +23,7 @@ Array = np.ndarray
 PIECES_PER_SPAN = 4
 """Pieces of a curve from one of its points to the next."""
 TIP_SHARE = 0.35
-"""A tip of a bar or loft thinner than this part of its thickest place is no feature: a coarse grid may lose it."""
+"""A tip of a bar or loft thinner than this part of its thickest place is not a feature: a coarse grid may lose it."""
 TABLE_SIZE = 192
 """Points of a table of distances to a profile, along its longer side."""
 Curve = Callable[[Array], Array]

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.answer_cache import cached_net
+from text2sim.assets.answer_cache import cached_answer
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.base import Vec3
 
@@ -48,6 +48,23 @@ def hull_of(points: "np.ndarray") -> tuple[Any, bool]:
         raise AssetError("has no area") from error
 
 
+def outward_hull(points: "np.ndarray", options: str | None = None) -> "tuple[np.ndarray, np.ndarray]":
+    """Return which points are corners of their convex hull (k,), and the triangles between these corners (m, 3).
+
+    Triangles are counterclockwise from outside. Qhull, whose options these are, raises `QhullError` for flat points.
+    """
+    import numpy as np
+    from scipy.spatial import ConvexHull
+
+    hull = ConvexHull(points, qhull_options=options)
+    faces = hull.simplices.astype(np.int64)
+    a, b, c = (hull.points[faces[:, k]] for k in range(3))
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
+    faces[inward] = faces[inward][:, ::-1]
+    corners, faces = np.unique(faces, return_inverse=True)
+    return corners, faces.reshape(-1, 3)
+
+
 def corners_and_sides(points: Sequence[Vec3]) -> "tuple[np.ndarray, np.ndarray]":
     """Return the convex hull of listed points [m]: vertices (n, 3) and triangles (m, 3).
 
@@ -62,7 +79,8 @@ def corners_and_sides(points: Sequence[Vec3]) -> "tuple[np.ndarray, np.ndarray]"
         hull, _ = hull_of(array)
         return np.asarray(hull.vertices), np.asarray(hull.faces)
 
-    return cached_net((b"hull", array.tobytes()), make)
+    vertices, faces = cached_answer((b"hull", array.tobytes()), make)
+    return vertices, faces
 
 
 def _outermost(points: "np.ndarray") -> "np.ndarray":

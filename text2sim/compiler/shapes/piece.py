@@ -242,12 +242,7 @@ def ring_pieces(radius: float, bar: float, segments: int) -> list[Piece]:
 
 
 def piece_reach(piece: Piece, direction: Vec) -> float:
-    """Return the reach [m] of a piece along a direction of its body's frame: the largest `direction . x` in it.
-
-    Args:
-        piece: The piece.
-        direction: Unit vector.
-    """
+    """Return the reach [m] of a piece along a unit vector in its body's frame: the largest `direction . x` in it."""
     u = direction if piece.quat == IDENTITY else quat_rotate(quat_conjugate(piece.quat), direction)
     size = piece.size
     if piece.kind in ("hull", "mesh"):

@@ -4,11 +4,10 @@ from functools import lru_cache
 from hashlib import file_digest
 from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from text2sim.assets.answer_cache import cached_answer, cached_net, packed, unpacked
+from text2sim.assets.answer_cache import cached_answer
 from text2sim.assets.confined import call_confined
 from text2sim.assets.foreign_files import named_errors
 from text2sim.compiler.memory import ObjectKey
@@ -139,7 +138,8 @@ def remesh_evenly(vertices: np.ndarray, faces: np.ndarray, edge: float) -> tuple
     if not fine and np.percentile(_sharpest(vertices, faces), 2) > SHARP_ANGLE:
         return vertices, faces
     question = (b"evened", np.float64(edge).tobytes(), vertices.tobytes(), faces.astype(np.int64).tobytes())
-    return cached_net(question, lambda: _remesh(vertices, faces, edge, count))
+    vertices, faces = cached_answer(question, lambda: _remesh(vertices, faces, edge, count))
+    return vertices, faces
 
 
 def _remesh(vertices: np.ndarray, faces: np.ndarray, edge: float, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -198,18 +198,15 @@ def _places(file: str, folder: Path, vertices: np.ndarray) -> tuple[np.ndarray |
 
 @lru_cache(maxsize=16)
 def _read_places(path: Path, root: Path, _mtime: int, _size: int, rows: ObjectKey) -> tuple[np.ndarray | None, int]:
-    if path.suffix.lower() not in SINGLE_FILE_SUFFIXES:
+    def find() -> tuple[np.ndarray | None, int]:
         return call_confined(_find_places, path, root, rows.value)
 
-    def ask() -> dict[str, Any]:
-        uvs, seams = call_confined(_find_places, path, root, rows.value)
-        return {"uvs": packed(np.zeros((0, 2)) if uvs is None else uvs), "seams": seams}
-
+    if path.suffix.lower() not in SINGLE_FILE_SUFFIXES:
+        return find()
     with path.open("rb") as stream:
         digest = file_digest(stream, "sha256").digest()
-    found = cached_answer((b"places", path.suffix.lower().encode(), digest), {"uvs": str, "seams": int}, ask)
-    uvs = unpacked(found["uvs"], "f8", 2)
-    return (uvs, 0) if uvs is not None and len(uvs) == len(rows.value) else (None, found["seams"])
+    uvs, seams = cached_answer((b"places", path.suffix.lower().encode(), digest), find)
+    return uvs, seams
 
 
 def _find_places(path: Path, root: Path, vertices: np.ndarray) -> tuple[np.ndarray | None, int]:

@@ -6,8 +6,9 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.answer_cache import are_valid_rows, cached_answer, packed, unpacked
+from text2sim.assets.answer_cache import cached_answer
 from text2sim.compiler.memory import Memory
+from text2sim.compiler.shapes.hulls import outward_hull
 from text2sim.compiler.shapes.meshfile import obj_text
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec
@@ -131,67 +132,19 @@ def pieces_of(shape: Sculpt) -> list[Piece]:
     return found
 
 
-def _hull(points: "np.ndarray") -> "tuple[np.ndarray, np.ndarray]":
-    """Return the corners and triangles of the convex hull of points, counterclockwise from outside."""
-    import numpy as np
-    from scipy.spatial import ConvexHull
-
-    hull = ConvexHull(points)
-    net = hull.simplices.astype(np.int64)
-    a, b, c = (hull.points[net[:, k]] for k in range(3))
-    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
-    net[inward] = net[inward][:, ::-1]
-    used, index = np.unique(net, return_inverse=True)
-    return points[used], index.reshape(-1, 3)
-
-
 def _recalled(shape: Sculpt, key: str) -> Sculpted:
-    import numpy as np
-
     here = Path(__file__).parent
-    sources = (here / name for name in ("distances.py", "levelset.py", "convex.py"))
+    sources = (here / name for name in ("distances.py", "levelset.py", "convex.py", "hulls.py"))
     question = (b"sculpt with hulls", key.encode(), *(path.read_bytes() for path in sources))
-    members = {"vertices": str, "faces": str, "normals": str, "looks": str, "corners": str, "nets": str}
-    members |= {"corner_ends": list, "net_ends": list}
 
     def ask() -> dict[str, Any]:
         from text2sim.compiler.shapes.levelset import sculpt_mesh
 
         made = sculpt_mesh(shape)
-        hulls = list(zip(*map(_hull, made.pieces), strict=True))
-        ends = (np.cumsum([len(rows) for rows in some]).tolist() for some in hulls)
-        texts = (made.vertices, made.faces, made.normals, made.looks, *map(np.concatenate, hulls))
-        return dict(zip(members, (*map(packed, texts), *ends), strict=True))
+        arrays = {name: getattr(made, name) for name in ("vertices", "faces", "normals", "looks")}
+        hulls = [(points, outward_hull(points)) for points in made.pieces]
+        return arrays | {"hulls": [(points[corners], net) for points, (corners, net) in hulls]}
 
-    found = cached_answer(question, members, ask)
-    made = _unpacked(found, tuple(shape.parts))
-    if made is None:  # the cache is damaged
-        made = _unpacked(ask(), tuple(shape.parts))
-    assert made is not None
+    made = Sculpted(**cached_answer(question, ask), names=tuple(shape.parts))
     _BY_DIGEST[made.digest] = made
     return made
-
-
-def _unpacked(found: dict[str, Any], names: tuple[str, ...]) -> Sculpted | None:
-    import numpy as np
-
-    arrays = [unpacked(found[name], kind, columns) for name, kind, columns in (
-        ("vertices", "f8", 3), ("faces", "i8", 3), ("normals", "f8", 3), ("looks", "i8", 1), ("corners", "f8", 3),
-        ("nets", "i8", 3),
-    )]  # fmt: skip
-    vertices, faces, normals, looks, corners, nets = arrays
-    if vertices is None or faces is None or normals is None or looks is None or corners is None or nets is None:
-        return None
-    if not are_valid_rows(faces, vertices) or len(normals) != len(vertices) or len(looks) != len(faces):
-        return None
-    split = []
-    for rows, ends in ((corners, found["corner_ends"]), (nets, found["net_ends"])):
-        if not all(isinstance(end, int) for end in ends) or ends[-1:] != [len(rows)]:
-            return None
-        split.append(np.split(rows, ends[:-1]))
-    hulls = list(zip(*split, strict=False))
-    if len(split[0]) != len(split[1]) or not all(are_valid_rows(net, table) for table, net in hulls):
-        return None
-    if looks.min() < -1 or looks.max() >= len(names):
-        return None
-    return Sculpted(vertices, faces, normals, looks[:, 0], hulls, names)

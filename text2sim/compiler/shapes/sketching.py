@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from text2sim.assets.answer_cache import cached_answer, packed, unpacked
+from text2sim.assets.answer_cache import cached_answer
 from text2sim.assets.confined import call_confined
 from text2sim.compiler.shapes.lettering import areas
 from text2sim.compiler.shapes.meshfile import errors_about
@@ -37,8 +37,6 @@ MAX_LOCAL_PIXELS = 1_000_000
 """Pictures with more pixels than this are traced in a process of their own."""
 TRACED_PIECES_FACTOR = 4
 """How many times as many pieces may be traced, since most of them may be dirt."""
-CACHED_FIELDS = ("points", "rings", "forms", "places")
-"""What the cache keeps of strokes: points, where rings and forms begin among them, row and column of each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,49 +64,16 @@ def strokes(file: str, folder: Path) -> list[Stroke]:
 @lru_cache(maxsize=32)
 def _read(path: Path, _mtime: int, _size: int) -> tuple[Stroke, ...]:
     """Return the strokes of a picture, from the cache if it was traced before."""
+    from shapely import from_wkb
+
     with path.open("rb") as stream:
         digest = file_digest(stream, "sha256").digest()
 
-    def ask() -> dict[str, Any]:
-        return _packed(call_confined(trace, path, large=pixels_of(path) > MAX_LOCAL_PIXELS))
+    def ask() -> list[tuple[bytes, int, int]]:
+        found = call_confined(trace, path, large=pixels_of(path) > MAX_LOCAL_PIXELS)
+        return [(stroke.form.wkb, stroke.row, stroke.column) for stroke in found]
 
-    found = _unpacked(cached_answer((b"strokes", digest), dict.fromkeys(CACHED_FIELDS, str), ask))
-    if found is None:  # the cache is damaged
-        found = _unpacked(ask())
-    assert found is not None
-    return found
-
-
-def _packed(found: tuple[Stroke, ...]) -> dict[str, str]:
-    import shapely
-
-    _, points, (rings, forms) = shapely.to_ragged_array([stroke.form for stroke in found])
-    places = np.array([(stroke.row, stroke.column) for stroke in found])
-    return dict(zip(CACHED_FIELDS, map(packed, (points, rings, forms, places)), strict=True))
-
-
-def _unpacked(kept: dict[str, str]) -> tuple[Stroke, ...] | None:
-    """Return strokes from the cache, or None if it is damaged."""
-    import shapely
-
-    columns = {"points": ("f8", 2), "rings": ("i8", 1), "forms": ("i8", 1), "places": ("i8", 2)}
-    points, rings, forms, places = (unpacked(kept[name], *columns[name]) for name in CACHED_FIELDS)
-    if points is None or rings is None or forms is None or places is None:
-        return None
-    if not _splits(rings, len(points)) or not _splits(forms, len(rings) - 1) or len(forms) != len(places) + 1:
-        return None
-    try:
-        made = shapely.from_ragged_array(shapely.GeometryType.POLYGON, points, (rings.ravel(), forms.ravel()))
-    except (ValueError, shapely.GEOSException):
-        return None
-    return tuple(Stroke(form, *place) for form, place in zip(made.tolist(), places.tolist(), strict=True))
-
-
-def _splits(offsets: np.ndarray, count: int) -> bool:
-    """Return whether offsets (n, 1) divide so many things into groups, none of them empty."""
-    return (
-        len(offsets) > 0 and offsets[0, 0] == 0 and offsets[-1, 0] == count and bool((offsets[1:] > offsets[:-1]).all())
-    )
+    return tuple(Stroke(from_wkb(form), *place) for form, *place in cached_answer((b"strokes", digest), ask))
 
 
 def trace(path: Path) -> tuple[Stroke, ...]:

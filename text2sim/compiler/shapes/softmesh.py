@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.answer_cache import cached_net
+from text2sim.assets.answer_cache import cached_answer
 from text2sim.compiler.memory import Memory
 from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.extents import extents
@@ -109,7 +109,7 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
         form = whole(shape, folder)
         own = Path(__file__).with_name("extrude.py").read_bytes()
         question = (b"extruded", own, form.wkb, np.array([shape.depth, edge]).tobytes())
-        return _build(*cached_net(question, lambda: extruded(form, shape.depth, edge)))
+        return _build(*cached_answer(question, lambda: extruded(form, shape.depth, edge)))
     parts, closed = profile(shape)
     vertices, faces = turned(profile_of(parts, edge), edge, closed=closed)
     return _build(np.asarray(vertices), faces)

@@ -2,7 +2,6 @@
 
 import hashlib
 import math
-import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -33,7 +32,6 @@ from text2sim.spec_schema.models.shapes import (
 if TYPE_CHECKING:
     import numpy as np
 
-_DIGEST = re.compile("[0-9a-f]{64}")
 SIDES = 64
 BAR_SIDES = 32
 
@@ -148,14 +146,10 @@ def learn_digests(meshes: Iterable[VisualMesh]) -> None:
     if not lazy:
         return
 
-    def ask() -> dict[str, Any]:
-        return {"digests": [mesh.digest for mesh in lazy]}
-
     question = (b"surfaces", Path(__file__).read_bytes(), *(mesh.key.encode() for mesh in lazy))
-    found = cached_answer(question, {"digests": list}, ask)["digests"]
-    if len(found) == len(lazy) and all(isinstance(one, str) and _DIGEST.fullmatch(one) for one in found):
-        for mesh, digest in zip(lazy, found, strict=True):
-            mesh.__dict__["digest"] = digest
+    found = cached_answer(question, lambda: [mesh.digest for mesh in lazy])
+    for mesh, digest in zip(lazy, found, strict=True):
+        mesh.__dict__["digest"] = digest
 
 
 Drawn = Box | Cylinder | Cone | Faceted | Torus | Tube | Cup | Funnel

@@ -121,14 +121,10 @@ def derive_soft(
 
 
 def bending_step(model: Cloth, cell: float) -> float:
-    """Return the substep [s] up to which a sheet is as stiff as its rigidity says.
+    """Return the substep [s] up to which a sheet with points `cell` [m] apart is as stiff as its rigidity says.
 
     On a grid of cells c, a plate of rigidity D and mass per area m has the highest frequency 8 / c^2 sqrt(D / m); one
     over it would do, but meshes are not so even.
-
-    Args:
-        model: The sheet, which has a rigidity.
-        cell: Distance of its points [m].
     """
     assert model.material.rigidity is not None
     return cell**2 / 12 * sqrt(model.material.area_density / model.material.rigidity)

@@ -8,14 +8,14 @@ from text2sim.spec_schema.models.shapes import Stream
 
 
 def stream_velocity(copy: Copy) -> Vec | None:
-    """Return the velocity [m/s] of a stream at its mouth, in the world; None for what is no stream."""
+    """Return the velocity [m/s] of a stream at its mouth, in the world; None for any other body."""
     if not isinstance(copy.shape, Stream):
         return None
     return vector_times(_direction(copy, copy.shape), copy.shape.speed)
 
 
 def stream_arguments(copy: Copy, spacing: float) -> dict[str, Any] | None:
-    """Return the arguments of `templates/streams.py` for a copy; None for what is no stream.
+    """Return the arguments of `templates/streams.py` for a copy; None for any other body.
 
     Args:
         copy: The copy of a deformable body.

@@ -5,12 +5,12 @@ The body does not rotate, and nothing else moves: that is enough to predict the 
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import Bounds, apart, grown, moved, union
-from text2sim.compiler.shapes.rotation import Vec, vector_dot, vector_minus, vector_plus
+from text2sim.compiler.shapes.rotation import Vec, vector_dot, vector_minus, vector_plus, vector_times
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Ground, StandingPart, sides
@@ -48,11 +48,15 @@ class Flight:
     """Acceleration [m/s2]: gravity, or zero if the body rests on something."""
     end: float
     """Time [s] of the meeting, or of the end of the run."""
-    meeting: Meeting | None
+    meeting: Meeting | None = None
 
     def offset(self, t: float) -> Vec:
         """Return its displacement [m] at a time [s]."""
-        return _displacement_at(self.velocity, self.pull, t)
+        return vector_plus(vector_times(self.velocity, t), vector_times(self.pull, t * t / 2))
+
+    def velocity_at(self, t: float) -> Vec:
+        """Return its velocity [m/s] at a time [s]."""
+        return vector_plus(self.velocity, vector_times(self.pull, t))
 
     @property
     def moves(self) -> bool:
@@ -82,27 +86,24 @@ class _Flights:
         box = facts.box(copy)
         if box is None or not facts.loose(copy):
             return None
-        v = facts.velocities.get(copy.name, (0.0, 0.0, 0.0))
-        g = facts.case.scene.gravity
-        duration = facts.case.scene.duration
-        welded = {name for weld in facts.rows.welds for name in (weld.a, weld.b)}
-        near = self._copies_along(copy, box, v, g, duration)
+        v, g = facts.velocities.get(copy.name, (0.0, 0.0, 0.0)), facts.case.scene.gravity
+        path = Flight(v, g, facts.case.scene.duration)
+        near = self._copies_along(copy, box, path)
         resting = any(g) and vector_dot(v, g) >= 0 and self._is_supported(copy, box, near)
-        if resting or copy.name in welded:
-            g = (0.0, 0.0, 0.0)
-            near = self._copies_along(copy, box, v, g, duration)
-        if not any(v) and not any(g):
-            return Flight(v, g, duration, None)
-        meeting = self._first(copy, box, near, v, g, duration)
+        if resting or any(copy.name in (weld.a, weld.b) for weld in facts.rows.welds):
+            path = replace(path, pull=(0.0, 0.0, 0.0))
+            near = self._copies_along(copy, box, path)
+        meeting = self._first(copy, box, near, path) if path.moves else None
         if self.left < 0:
             return None
-        return Flight(v, g, meeting.time if meeting is not None else duration, meeting)
+        return path if meeting is None else replace(path, end=meeting.time, meeting=meeting)
 
-    def _copies_along(self, copy: Copy, box: Bounds, v: Vec, g: Vec, duration: float) -> list[tuple[Copy, Bounds]]:
+    def _copies_along(self, copy: Copy, box: Bounds, path: Flight) -> list[tuple[Copy, Bounds]]:
         """Return the copies near the box around the whole path, with a margin for supports."""
-        times = {0.0, duration}
-        times |= {t for a, b in zip(v, g, strict=True) if b and 0 < (t := -a / b) < duration}  # turning points
-        room = grown(union(moved(box, _displacement_at(v, g, t)) for t in times) or box, MAX_RESTING_GAP)
+        times = {0.0, path.end}
+        turns = (-v / g for v, g in zip(path.velocity, path.pull, strict=True) if g)
+        times.update(t for t in turns if 0 < t < path.end)
+        room = grown(union(moved(box, path.offset(t)) for t in times) or box, MAX_RESTING_GAP)
         return [
             (other, other_box)
             for other, other_box in self._copies_around(room)
@@ -137,20 +138,20 @@ class _Flights:
         reach = grown(box, MAX_RESTING_GAP)
         return any(not apart(reach, other_box) and is_just_above(self.facts, copy, other) for other, other_box in near)
 
-    def _first(
-        self, copy: Copy, box: Bounds, near: list[tuple[Copy, Bounds]], v: Vec, g: Vec, duration: float
-    ) -> Meeting | None:
+    def _first(self, copy: Copy, box: Bounds, near: list[tuple[Copy, Bounds]], path: Flight) -> Meeting | None:
         parts = self.facts.parts(copy)
-        landings = [_landing(ground, copy, parts, v, g, duration) for ground in self.facts.planes]
+        landings = [_landing(ground, copy, parts, path) for ground in self.facts.planes]
         landing = min((m for m in landings if m is not None), key=lambda m: m.time, default=None)
-        end = landing.time if landing is not None else duration
+        if not near:
+            return landing
+        end = landing.time if landing is not None else path.end
         touching = {other.name for other, other_box in near if not apart(box, other_box, -MAX_RESTING_GAP)}
         size = max(min(sides(box)), 1e-6)
         # Enough legs that the path is never farther from its chords than a tenth of the body.
-        count = math.ceil(end * math.sqrt(math.hypot(*g) / (0.8 * size)))
-        count = min(max(count, PATH_LEGS[0] if near else 1), PATH_LEGS[1])
-        for k in range(count if near else 0):
-            meeting = self._leg(parts, box, near, touching, v, g, end * k / count, end * (k + 1) / count)
+        count = math.ceil(end * math.sqrt(math.hypot(*path.pull) / (0.8 * size)))
+        count = min(max(count, PATH_LEGS[0]), PATH_LEGS[1])
+        for k in range(count):
+            meeting = self._leg(parts, box, near, touching, path, end * k / count, end * (k + 1) / count)
             if meeting is not None:
                 return meeting
         return landing
@@ -161,12 +162,11 @@ class _Flights:
         box: Bounds,
         near: list[tuple[Copy, Bounds]],
         touching: set[str],
-        v: Vec,
-        g: Vec,
+        path: Flight,
         start: float,
         end: float,
     ) -> Meeting | None:
-        a, b = _displacement_at(v, g, start), _displacement_at(v, g, end)
+        a, b = path.offset(start), path.offset(end)
         step = vector_minus(b, a)
         length = math.hypot(*step)
         if length < 1e-12:
@@ -191,7 +191,7 @@ class _Flights:
         if best is None:
             return None
         time = start + (end - start) * best[0] / length
-        return Meeting(best[1], best[2], time, _velocity(v, g, time))
+        return Meeting(best[1], best[2], time, path.velocity_at(time))
 
 
 def is_just_above(facts: Facts, copy: Copy, other: Copy) -> bool:
@@ -207,16 +207,16 @@ def is_just_above(facts: Facts, copy: Copy, other: Copy) -> bool:
     return way is not None and way < MAX_RESTING_GAP
 
 
-def _landing(ground: Ground, copy: Copy, parts: list[StandingPart], v: Vec, g: Vec, duration: float) -> Meeting | None:
+def _landing(ground: Ground, copy: Copy, parts: list[StandingPart], path: Flight) -> Meeting | None:
     """Return the meeting of a body with a plane from above."""
     height = -max((ground.depth(part) for part in parts), default=-math.inf)
-    fall, rise = vector_dot(g, ground.up) / 2, vector_dot(v, ground.up)
+    fall, rise = vector_dot(path.pull, ground.up) / 2, vector_dot(path.velocity, ground.up)
     if height < -MAX_RESTING_GAP:
         return None
     for t in _roots(fall, rise, max(height, 0.0)):
-        there = vector_plus(copy.pos, _displacement_at(v, g, t))
-        if 0 <= t <= duration and rise + 2 * fall * t < 0 and ground.beside(there) < 0:
-            return Meeting(ground.copy, None, t, _velocity(v, g, t))
+        there = vector_plus(copy.pos, path.offset(t))
+        if 0 <= t <= path.end and rise + 2 * fall * t < 0 and ground.beside(there) < 0:
+            return Meeting(ground.copy, None, t, path.velocity_at(t))
     return None
 
 
@@ -229,11 +229,3 @@ def _roots(a: float, b: float, c: float) -> Iterator[float]:
     if inner >= 0:
         root = math.sqrt(inner)
         yield from sorted(((-b - root) / (2 * a), (-b + root) / (2 * a)))
-
-
-def _displacement_at(v: Vec, g: Vec, t: float) -> Vec:
-    return (v[0] * t + g[0] * t * t / 2, v[1] * t + g[1] * t * t / 2, v[2] * t + g[2] * t * t / 2)
-
-
-def _velocity(v: Vec, g: Vec, t: float) -> Vec:
-    return (v[0] + g[0] * t, v[1] + g[1] * t, v[2] + g[2] * t)

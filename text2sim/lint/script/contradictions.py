@@ -49,21 +49,18 @@ def _contradictions(facts: Facts) -> Iterator[Problem]:
 
 def _clash(a: Bound, b: Bound) -> bool:
     """Return whether `a`, if it holds for all values, excludes `b`."""
-    if a.stat == b.stat and a.stat != "all":
-        return (a.first, a.last) == (b.first, b.last) and max(a.low, b.low) >= min(a.high, b.high)
-    if a.stat != "all":
-        return False
-    if b.stat == "all":
-        return max(a.first, b.first) <= min(a.last, b.last) and max(a.low, b.low) >= min(a.high, b.high)
-    if b.stat == "range":
-        return b.first >= a.first and b.last <= a.last and a.high - a.low <= b.low
-    if b.stat == "std":  # at most half of the range
-        return b.first >= a.first and b.last <= a.last and a.high - a.low <= 2 * b.low
+    disjoint = max(a.low, b.low) >= min(a.high, b.high)
+    touching = max(a.first, b.first) <= min(a.last, b.last)
     covered = b.first >= a.first and b.last <= a.last
+    if a.stat != "all":
+        return a.stat == b.stat and (a.first, a.last) == (b.first, b.last) and disjoint
+    if b.stat == "all":
+        return touching and disjoint
+    if b.stat in ("range", "std"):  # a standard deviation is at most half of the range
+        return covered and a.high - a.low <= (b.low if b.stat == "range" else 2 * b.low)
     if covered and (a.high <= b.low or a.low >= b.high):
         return True
     # One value of the span is enough to violate a maximum or a minimum.
-    touching = max(a.first, b.first) <= min(a.last, b.last)
     return touching and (b.stat == "max" and a.low >= b.high or b.stat == "min" and a.high <= b.low)
 
 

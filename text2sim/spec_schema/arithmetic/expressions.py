@@ -39,10 +39,7 @@ class Expression:
         self.tree, self.names = _parse(text, *limits)
 
     def evaluate(self, names: Mapping[str, Value]) -> Value:
-        """Return the value.
-
-        Args:
-            names: Values by name.
+        """Return the value, with these values of names.
 
         Raises:
             ExpressionError: If a name is unknown, types do not fit, or the result is not a finite number.

@@ -48,11 +48,7 @@ class Interpolation:
 
 @lru_cache(maxsize=4096)
 def parse_interpolation(text: str, composed: bool = False) -> Interpolation:
-    """Split a scalar into text and expressions.
-
-    Args:
-        text: The scalar.
-        composed: See `parse_expression`.
+    """Split a scalar into text and expressions; for `composed`, see `parse_expression`.
 
     Raises:
         ExpressionError: If an expression is not closed or not arithmetic.

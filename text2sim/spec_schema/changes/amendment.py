@@ -31,10 +31,7 @@ class DocumentLayout:
         self._lookup = lookup
 
     def dump(self, wanted: Any) -> str:
-        """Return the current document in canonical form.
-
-        Args:
-            wanted: Its expected data.
+        """Return the current document in canonical form, which must have the data `wanted`.
 
         Raises:
             SpecError: If it is too large.
@@ -72,7 +69,7 @@ class DocumentLayout:
         """Return the entry at a path."""
         entry = self.root
         for step in path:
-            entry = _child(entry, step)
+            entry = entry.child(step)
             assert entry is not None
         return entry
 
@@ -94,7 +91,7 @@ class DocumentLayout:
             parent.value.insert(len(parent.value) if path[-1] == "-" else int(path[-1]), entry)
             return
         entry.key = path[-1]
-        old = _child(parent, path[-1])
+        old = parent.child(path[-1])
         if old is None:
             parent.value.append(entry)
         elif entry.before or entry.trail or entry.after or entry.has_comments:
@@ -114,7 +111,7 @@ class DocumentLayout:
         entry = self.find(source)
         if source == path:
             return
-        if source[:-1] == path[:-1] and entry.parent and entry.parent.mapping and not _child(entry.parent, path[-1]):
+        if source[:-1] == path[:-1] and entry.parent and entry.parent.mapping and not entry.parent.child(path[-1]):
             entry.key = path[-1]
             return
         # The copy has no text at the new position.
@@ -135,7 +132,7 @@ class DocumentLayout:
                 if child.key not in value:
                     entry.value.remove(child)
             for key, inner in value.items():
-                child = _child(entry, key)
+                child = entry.child(key)
                 if child is not None:
                     self.set(child, inner, (*path, key))
                 else:
@@ -166,12 +163,6 @@ class DocumentLayout:
             item = self.fresh((*path, str(index)), inner)
             item.parent = entry
             entry.value.insert(index, item)
-
-
-def _child(entry: LayoutEntry, step: str) -> LayoutEntry | None:
-    if entry.mapping:
-        return next((child for child in entry.value if child.key == step), None)
-    return entry.value[int(step)]
 
 
 def identical(a: Any, b: Any) -> bool:

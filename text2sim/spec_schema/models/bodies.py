@@ -108,7 +108,7 @@ class Driven(Placed):
     """A body with prescribed motion: listed in the evidence, never subject of an event.
 
     It pushes what can move, and passes through what cannot: the ground, statics, bodies with a fixed mount, other
-    driven bodies. Evidence says how far it came off its path, as loads of tonnes bring about, and what is
+    driven bodies. Evidence says how far it came off its path, which takes loads of tonnes, and what is
     jammed against something that cannot move.
     """
 

@@ -61,7 +61,7 @@ def _unit_of(table: NameTable, measure: measures.Measure) -> str | None:
 
 
 def check_threaded(table: NameTable, where: Path, measure: measures.Threaded) -> None:
-    """Report bodies that are no rings or no rods.
+    """Report bodies that are not rings or rods.
 
     Args:
         table: The table; problems are added to it.

@@ -182,15 +182,9 @@ def _check_values(table: NameTable, where: Path, expect: Expect) -> None:
     window = expect.during if isinstance(expect.during, tuple) else None
     if max(span_of(window, duration)) > duration:
         table.report((*where, "during"), f"lasts beyond the end of the run ({duration:g} s)", "after-end")
-    low, high = _bounds(expect)
-    if low >= high:
-        table.report(where, f"no value is above {low:g} and below {high:g}", "impossible", key=True)
-
-
-def _bounds(expect: Expect) -> tuple[float, float]:
-    """Return the open interval of allowed values."""
     low = expect.above if expect.above is not None else float("-inf")
     high = expect.below if expect.below is not None else float("inf")
     if expect.equals is not None and expect.tolerance is not None:
         low, high = max(low, expect.equals - expect.tolerance), min(high, expect.equals + expect.tolerance)
-    return low, high
+    if low >= high:
+        table.report(where, f"no value is above {low:g} and below {high:g}", "impossible", key=True)

@@ -20,12 +20,7 @@ from text2sim.spec_schema.vocabulary.slot_path import NoSuchSlot, PrefabInterfac
 
 
 def check_sweeps(document: Document, interfaces: PrefabInterfaces) -> list[Problem]:
-    """Return the problems of the sweeps of a case.
-
-    Args:
-        document: The case.
-        interfaces: Interfaces of prefabs.
-    """
+    """Return the problems of the sweeps of a case."""
     problems: list[Problem] = []
     variants = mapping_at(document.data, "variants")
     others = list(variants.values())

@@ -113,12 +113,7 @@ def sites_of(data: Any, root: Path = ()) -> dict[Path, str]:
 
 
 def leaves(data: Any, root: Path = ()) -> Iterator[tuple[Path, Any]]:
-    """Yield scalars and empty collections, by path.
-
-    Args:
-        data: Plain data.
-        root: Path of the data.
-    """
+    """Yield scalars and empty collections, by path below `root`."""
     stack: list[tuple[Path, Any]] = [(root, data)]
     while stack:
         path, value = stack.pop()

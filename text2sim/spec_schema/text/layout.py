@@ -39,6 +39,12 @@ class LayoutEntry:
         """Entries inside it; none for a scalar."""
         return self.value if isinstance(self.value, list) else []
 
+    def child(self, step: str | int) -> "LayoutEntry | None":
+        """Return the entry under a key, or at an index of a list; None if there is none."""
+        if self.mapping:
+            return next((child for child in self.inner if child.key == step), None)
+        return next(iter(self.inner[int(step) :]), None)
+
     @property
     def has_comments(self) -> bool:
         """Whether there is a comment inside it."""

@@ -125,12 +125,8 @@ def _open_model(model: type[BaseModel], found: MappingSlots) -> None:
 
 def items_of(slots: list[LanguageSlot]) -> list[LanguageSlot]:
     """Return the slots of the items of a list."""
-    found = []
-    for slot in slots:
-        for member in slot.members:
-            if get_origin(member.base) in (list, tuple):
-                found.append(slot_of(get_args(member.base)[0]))
-    return found
+    members = (member for slot in slots for member in slot.members)
+    return [slot_of(get_args(member.base)[0]) for member in members if get_origin(member.base) in (list, tuple)]
 
 
 def check_path(data: Any, path: Path, interfaces: PrefabInterfaces, *, new: bool = False) -> None:
