@@ -115,6 +115,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
     copied += ["cloth_damping.py"] if context["dampings"] else []
     copied += ["gas.py"] if context["gases"] else []
     copied += ["flows.py"] if context["streams"] else []
+    copied += ["liquid_walls.py"] if context["liquids"] else []
     copied += ["bending.py"] if context["bending"] else []
     files |= {name: (TEMPLATES / name).read_bytes() for name in copied} | dict(plan.files)
     return files | {"looks.json": _looks(plan)}
@@ -199,6 +200,8 @@ def _context(plan: Plan) -> dict[str, Any]:
         "dampings": {name: facts.damping for name, facts in plan.deformables.items() if facts.damping},
         "gases": {name: facts.gas for name, facts in plan.deformables.items() if facts.gas},
         "streams": {name: facts.stream for name, facts in plan.deformables.items() if facts.stream},
+        "liquids": [name for name, facts in plan.deformables.items() if facts.kind == "liquid"],
+        "kept_out_every": max(1, settings.substeps // 4),
         "bending": {name: facts.bending for name, facts in plan.deformables.items() if facts.bending},
         **action_context(plan),
     }

@@ -170,8 +170,8 @@ def _cells_through(copy: Copy) -> int:
 
 def _reach(cell: float, copies: list[Copy], why: dict[str, str]) -> float:
     if any(copy.model.kind == "liquid" for copy in copies):
-        why["soft_reach"] = "half a cell: a liquid runs through walls that reach less far"
-        return cell / 2
+        why["soft_reach"] = "a quarter of a cell: more would narrow what the liquid flows through"
+        return cell / 4
     return min(cell / REACH_CELLS, CONTACT_REACH)
 
 

@@ -115,7 +115,7 @@ class SoftSettings:
         found = {"model": self.model, "precision": self.precision, "max_speed": f"{self.max_speed:g} m/s"}
         if self.mpm is not None:
             found |= {"mpm_cell": f"{self.mpm.cell:g} m", "mpm_bounds": _bounds_in_words(self.mpm.low, self.mpm.high)}
-            found["soft_reach"] = f"{self.mpm.cell / 2:g} m"  # its derived value
+            found["soft_reach"] = f"{self.mpm.cell / 4:g} m"  # its derived value
         if self.pbd is not None:
             found |= {
                 "pbd_size": f"{self.pbd.particle_size:g} m",
