@@ -29,6 +29,8 @@ class SoftMaterial(Model):
     `youngs_modulus`: the engine cannot solve contact that is hundreds of times stiffer than the body."""
     yield_stress: Positive | None = None
     """With `elasto_plastic`: von Mises stress [Pa] from which it flows; by default a tenth of the stiffness."""
+    tear_stretch: Real | None = Field(default=None, gt=1.0, le=10.0)
+    """With solver mpm: TODO"""
 
 
 class ClothMaterial(Model):
