@@ -13,8 +13,9 @@ SPACING = 0.01
 
 
 class Body:
-    def __init__(self, *frames: np.ndarray, solver: str = "mpm") -> None:
+    def __init__(self, *frames: np.ndarray, solver: str = "mpm", torn: Any = None) -> None:
         self.points, self.spacing, self.solver = np.array(frames, np.float32), SPACING, solver
+        self.rest, self.torn = frames[0], torn
 
 
 def bar(stretch: float = 1.0, gap: float = 0.0, lost: int = 0) -> np.ndarray:
