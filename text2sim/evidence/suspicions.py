@@ -39,20 +39,15 @@ def suspicions(recording: RecordedCase, found: dict[str, dict[str, Any]]) -> lis
         found: Result of `soft_diagnostics`.
     """
     spacing = {body_of(body.body): body.spacing for body in recording.states.deformables}
-    tearing = {name for name, body in recording.case.bodies.items() if _tears(body)}
     rows = []
     for name, row in found.items():
         for quantity, is_bad, words in _SIGNS:
-            seen = None if quantity == "torn" and name in tearing else row.get(quantity)
+            seen = row.get(quantity)
             if seen is not None and is_bad(seen["value"], row, spacing.get(name, np.inf)):
                 values = {"where": seen.get("in", ""), "solver": row["solver"], "mm": 1e3 * seen["value"]}
                 message = words.format(value=seen["value"], percent=100 * seen["value"], **values)
                 rows.append(f"`{seen['copy']}` {message} at {seen.get('since', seen['at']):.3g} s")
     return rows + _beyond_the_grid(recording)
-
-
-def _tears(body: Any) -> bool:
-    return getattr(getattr(body, "material", None), "tear_stretch", None) is not None
 
 
 def _beyond_the_grid(recording: RecordedCase) -> list[str]:
@@ -93,7 +88,7 @@ _SIGNS: tuple[tuple[str, _Bad, str], ...] = (
     ("inverted", lambda value, row, spacing: value > MAX_INVERTED, "has {percent:.2g} % of its tetrahedra inside out"),
     (
         "torn",
-        lambda value, row, spacing: value > MAX_TORN,
+        lambda value, row, spacing: value > MAX_TORN and not row.get("tears"),
         "is torn (up to {percent:.2g} % of it were off the largest piece), which its material knows nothing of: "
         "particles two cells apart let go of each other; for the first time",
     ),

@@ -155,7 +155,8 @@ The mpm grid detects rigid bodies only at its nodes. Measured with a piston on s
 a plate of 1.3 cells, 164 one of 1.9; 40 were some millimetres in one of 2.9, and none passed one of 5. A body that a
 motor or a prescribed motion presses on mpm bodies should be {LOADED_WALL_CELLS:g} cells thick, and is an error below
 {LEAKING_WALL_CELLS:g}; a body on top of them {ON_TOP:g}; a wall at rest {UNLOADED_WALL_CELLS:g}, or
-{HIT_WALL_CELLS:g} where soft bodies may hit it: at 4 m/s a cube passed through 1.2 cells.""",
+{HIT_WALL_CELLS:g} where soft bodies may hit it: at 4 m/s a cube passed through 1.2 cells. What is driven
+through a body with a `tear_stretch` cuts it with `1 + 5 (tear_stretch - 1)` cells; the body closes behind less.""",
         remedy="""\
 Make it thicker (or use a `compound` with a thin visible part and a thick one for contact), or make the grid finer with
 `scene.mpm.cell`; half the cell takes sixteen times as long.""",
