@@ -55,7 +55,7 @@ bodies:
     motion: {kind: waypoints, ease: linear, times: [0, 0.4], positions: [[0, 0, 0], [0, 0, -0.085]]}
 actions:
   controls:
-    apart: {kind: force, body: tofu, region: {box: {min: [0.02, -0.1, -0.1], max: [0.1, 0.1, 0.1]}}, force: [0.5, 0, 0], start: 0.42}
+    apart: {kind: force, body: tofu, region: {box: {min: [0.02, -0.1, -0.1], max: [0.1, 0.1, 0.1]}}, force: [2, 0, 0], scale: {kind: piecewise, times: [0, 0.42, 0.44], values: [0, 0, 1]}}
   measures:
     pieces: {kind: pieces, of: tofu}
     largest: {kind: largest_piece, of: tofu}
@@ -68,3 +68,8 @@ def test_a_wire_cuts_and_the_cut_does_not_heal(simulate, agree):
     cut = trial.time > 0.42
     agree("pieces", trial.measure("pieces")[cut], 2, within=0)
     agree("part in the larger half", trial.measure("largest")[cut], 0.5, within=0.03)
+    points, _ = rows(trial.states, "tofu")
+    moved = points[-1, :, 0] - points[np.argmax(cut), :, 0]
+    right = points[0, :, 0] > 0.02
+    assert moved[right].mean() > 0.01, "it is pulled off"
+    agree("way of the other half [m]", moved[points[0, :, 0] < -0.02].mean(), 0, within=2e-3)
