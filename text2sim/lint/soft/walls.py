@@ -19,10 +19,11 @@ millimetres in one of 2.9, none passed one of 5. Walls at rest of 1 to 1.3 cells
 HIT_WALL_CELLS = 1.25
 """The same of a wall at rest that soft bodies may hit. Measured with cubes of 0.15 m and 40 kPa at 4 m/s
 (tests/physics/test_soft_controls.py -k walls): one of 1.2 cells let the whole cube through, one of 1.3 held it."""
-CUTTING_CELLS = 1.0, 5.0
+CUTTING_CELLS = 1.5, 5.0
 """The same of what cuts a body with a `tear_stretch`, and by how much it grows with that: nodes that move along with a
-wire strain what lies beside it by its thickness in cells. Measured with a block of 15 kPa, at 1.3: wires of 1.25, 1.75
-and 2 cells, reach included, tore a tenth, half and most of what was in their way, one of 2.5 all; at 1.15 1.75 did."""
+wire strain what lies beside it by its thickness in cells. Measured with blocks of 15 kPa, thickness with reach: at 1.3,
+1.25 cells tore a tenth of what was in their way, 1.75 half, 2 all but the top layer, 2.25 all; at 1.2, 2.1 cells cut one
+block and not another; at 1.15, 1.5 and 2.25 cells cut."""
 LEAKS, CLOSES = "leaks through it", "closes behind it instead of being cut"
 """What a body does about a wall or a cutter that is too thin."""
 ON_TOP = 2.0
@@ -156,7 +157,7 @@ a plate of 1.3 cells, 164 one of 1.9; 40 were some millimetres in one of 2.9, an
 motor or a prescribed motion presses on mpm bodies should be {LOADED_WALL_CELLS:g} cells thick, and is an error below
 {LEAKING_WALL_CELLS:g}; a body on top of them {ON_TOP:g}; a wall at rest {UNLOADED_WALL_CELLS:g}, or
 {HIT_WALL_CELLS:g} where soft bodies may hit it: at 4 m/s a cube passed through 1.2 cells. What is driven
-through a body with a `tear_stretch` cuts it with `1 + 5 (tear_stretch - 1)` cells; the body closes behind less.""",
+through a body with a `tear_stretch` cuts it with `1.5 + 5 (tear_stretch - 1)` cells; the body closes behind less.""",
         remedy="""\
 Make it thicker (or use a `compound` with a thin visible part and a thick one for contact), or make the grid finer with
 `scene.mpm.cell`; half the cell takes sixteen times as long.""",
