@@ -22,8 +22,8 @@ HIT_WALL_CELLS = 1.25
 CUTTING_CELLS = 1.5, 5.0
 """The same of what cuts a body with a `tear_stretch`, and by how much it grows with that: nodes that move along with a
 wire strain what lies beside it by its thickness in cells. Measured with blocks of 15 kPa, thickness with reach: at 1.3,
-1.25 cells tore a tenth of what was in their way, 1.75 half, 2 all but the top layer, 2.25 all; at 1.2, 2.1 cells cut one
-block and not another; at 1.15, 1.5 and 2.25 cells cut."""
+1 cell tore a tenth of what was in its way, 1.5 half, 2 all but the top layer, 2.25 all; at 1.2, 2.1 cells cut one block
+and not another; at 1.15, 1.5 and 2.25 cells cut."""
 LEAKS, CLOSES = "leaks through it", "closes behind it instead of being cut"
 """What a body does about a wall or a cutter that is too thin."""
 ON_TOP = 2.0
