@@ -118,24 +118,3 @@ def test_a_rigidity_that_substeps_do_not_reach(tmp_path: Path, more: str, count:
     found = findings(tmp_path, "unheeded-stuff", BODY.format("cloth", sheet))
     keys = ["bending_compliance"] * count + ["rigidity"] * softer
     assert sorted(problem.path for problem in found) == [f"/bodies/a/material/{key}" for key in keys]
-
-
-@pytest.mark.parametrize(
-    ("limit", "held", "count"), [(1.05, False, 0), (1.02, False, 1), (1.05, True, 1), (1.2, True, 0)]
-)
-def test_what_its_own_weight_tears(tmp_path: Path, limit: float, held: bool, count: int) -> None:
-    """A cube of 20 cm and 20 kPa is stretched by a tenth as it hangs, and bulges by 3 % as it stands."""
-    body = BODY.format("soft", f"{CUBE}, material: {{youngs_modulus: 2e+4, tear_stretch: {limit}}}")
-    hang = "actions: {controls: {p: {kind: attach, body: a, region: {face: top}, to: world}}}"
-    assert len(findings(tmp_path, "tears-itself", body, *[hang] * held)) == count
-
-
-def test_only_mpm_tears(tmp_path: Path) -> None:
-    body = BODY.format("soft", f"{CUBE}, material: {{tear_stretch: 1.2}}")
-    (found,) = findings(tmp_path, "unheeded-stuff", body, "scene: {contact: {model: sap}}")
-    assert "tear_stretch is ignored" in found.message
-    assert findings(tmp_path, "unheeded-stuff", body) == []
-    force = (
-        "actions: {controls: {p: {kind: force, body: a, region: {corner: [left, front, top]}, force: [1e+5, 0, 0]}}}"
-    )
-    assert findings(tmp_path, "tearing-force", body, force) == [], "it is meant to"

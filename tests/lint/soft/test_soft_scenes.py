@@ -181,15 +181,6 @@ def test_the_wall_of_a_ring_counts_with_its_reach_and_not_its_staves(
     assert [problem.severity for problem in found] == ([severity] if severity else [])
 
 
-@pytest.mark.parametrize(("limit", "reach", "count"), [(1.1, 0.009, 0), (1.2, 0.009, 1), (1.1, 0.002, 1)])
-def test_a_thin_cutter_cuts_what_tears_early(tmp_path: Path, limit: float, reach: float, count: int) -> None:
-    """A wall of 3 mm has 2 cells of 9 mm with a reach of one."""
-    tears = f"bodies: {{dough: {{material: {{tear_stretch: {limit}}}}}}}"
-    found = findings(tmp_path, "thin-wall", CUTTER.format(outer=0.039, reach=reach), tears)
-    assert [problem.severity for problem in found] == ["warning"] * count
-    assert all("closes behind it" in problem.message and "soft_reach" in problem.message for problem in found)
-
-
 PIN = """\
 bodies:
   dough: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.1]}, pose: {pos: [0, 0, 0.06]}}
