@@ -98,6 +98,24 @@ def test_all_copies_of_damp_sand_have_its_law(tmp_path: Path, cohesion: str) -> 
     assert (tmp_path / "program" / "damp_sand.py").is_file()
 
 
+TOFU = """\
+text2sim: 2
+name: tofu
+scene: {duration: 1, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  tofu: {kind: soft, shape: {kind: box, size: [0.1, 0.1, 0.1]}, material: {%s}, pose: {pos: [0, 0, 0.1]}}
+"""
+
+
+def test_a_solid_that_tears_has_its_own_law_and_record(tmp_path: Path) -> None:
+    compile_case(load_case(write(tmp_path, TOFU % "tear_stretch: 1.2")), tmp_path / "program")
+    assert "tear_stretch=1.2" in (tmp_path / "program" / "bodies.py").read_text()
+    assert "recorder = TearRecorder(" in (tmp_path / "program" / "main.py").read_text()
+    assert (tmp_path / "program" / "tearing_solid.py").is_file()
+    compile_case(load_case(write(tmp_path, TOFU % "")), tmp_path / "plain")
+    assert "Tear" not in (tmp_path / "plain" / "main.py").read_text() + (tmp_path / "plain" / "bodies.py").read_text()
+
+
 BALLOON = """\
 text2sim: 2
 name: balloon

@@ -47,6 +47,7 @@ def test_what_is_wrong_is_said_of_a_copy_and_a_time(values: dict[str, float], sa
 def test_an_ordinary_run_is_not_suspicious() -> None:
     usual = row(volume=0.85, inverted=0.0, penetration=0.02, against_bounds=0.001, stretch=2.0)
     assert suspicions(recording([0.0, 0.5]), usual) == []
+    assert suspicions(recording([0.0]), {"gel": row(torn=0.3)["gel"] | {"tears": True}}) == [], "as its material is"
     assert suspicions(recording([3.0, 3.5]), {}) == [], "what never was in the grid did not leave it"
 
 

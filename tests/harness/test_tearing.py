@@ -13,8 +13,9 @@ SPACING = 0.01
 
 
 class Body:
-    def __init__(self, *frames: np.ndarray, solver: str = "mpm") -> None:
+    def __init__(self, *frames: np.ndarray, solver: str = "mpm", torn: Any = None) -> None:
         self.points, self.spacing, self.solver = np.array(frames, np.float32), SPACING, solver
+        self.rest, self.torn = frames[0], torn
 
 
 def bar(stretch: float = 1.0, gap: float = 0.0, lost: int = 0) -> np.ndarray:
@@ -50,6 +51,18 @@ def test_it_heals_and_elements_never_tear() -> None:
     assert first_torn(1 - parts, np.array([0.0, 0.1, 0.2])) == {"since": 0.1}
     assert first_torn(np.zeros(2), np.arange(2.0)) == {}
     assert pieces(Body(bar(), bar(gap=0.1), solver="fem"))[0].tolist() == [1, 1]  # type: ignore[arg-type]
+
+
+def test_what_touches_is_apart_once_it_has_torn() -> None:
+    """Two layers have torn across a bar that is as it was: they belong to the halves beside them."""
+    torn = np.zeros((3, 320), bool)
+    torn[1:, 144:176] = True
+    torn[2, :] = True
+    counts, parts = pieces(Body(bar(), bar(), bar(), torn=torn))  # type: ignore[arg-type]
+    assert counts.tolist() == [1, 2, 1]
+    assert parts == pytest.approx([1.0, 0.5, 1.0])
+    skewed = torn[:2] & (np.arange(320) % 16 > 0)  # a row has held
+    assert pieces(Body(bar(), bar(), torn=skewed))[0].tolist() == [1, 1]  # type: ignore[arg-type]
 
 
 def test_drag_acts_on_each_point(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,6 +10,7 @@ from text2sim.recording.film_record import SoftPart, SurfaceLook
 from text2sim.rendering.grains import Grains, surface_normals
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.soft import LiquidSurface, SoftSurface, hollows, is_clear, liquid_surface
+from text2sim.rendering.tears import Tears
 from text2sim.templates.patterns import Dress
 
 pytestmark = pytest.mark.usefixtures("tracer")
@@ -136,6 +137,29 @@ def test_a_torn_body_is_open_and_shows_its_inside() -> None:
     thin = SoftSurface("soft0", bar, at_rest, {"faces": np.array(box.faces)}, particles=parted)
     assert thin.whole(at_rest, parted).all(), "skin that was far from its particles at the start has not torn"
     assert not LiquidSurface("soft0", part("liquid", opacity=0.9, finish="smooth")).is_clear, "as paint"
+
+
+def test_a_cut_body_is_open_where_its_faces_touch() -> None:
+    import trimesh
+
+    box = trimesh.creation.box((1, 0.35, 0.35)).subdivide_to_size(0.06)
+    at_rest, bar, particles = np.array(box.vertices), part("soft"), HEAP - HEAP.mean(axis=0)
+    bar.row["solver"] = "mpm"
+    filled = np.concatenate([particles + (x, 0, 0) for x in (-0.34, 0, 0.34)])
+    surface, cut = (
+        SoftSurface("soft0", bar, at_rest, {"faces": np.array(box.faces)}, particles=filled),
+        filled[:, 0] < 1,
+    )
+    assert surface.whole(at_rest, filled, ~cut).all()
+    cut = np.abs(filled[:, 0]) < 0.1
+    middle, whole = np.abs(at_rest[box.faces].mean(axis=1)[:, 0]), surface.whole(at_rest, filled, cut)
+    assert not whole[middle < 0.08].any() and whole[middle > 0.4].all()
+    assert set(surface.shapes(at_rest, filled, torn=cut)) == {"soft0_0", "soft0_inside"}
+    halves = trimesh.Trimesh(*Tears(at_rest, filled, bar.row["spacing"]).inside(filled, cut)).split()
+    assert [half.bounds[:, 0].mean() > 0 for half in sorted(halves, key=lambda half: half.bounds[0, 0])] == [
+        False,
+        True,
+    ]
 
 
 def test_a_clear_body_shows_its_core_and_no_cavity() -> None:

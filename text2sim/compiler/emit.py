@@ -36,8 +36,12 @@ UNRECORDED = ("mass", "bending", "gas", "damping", "stream")
 """Facts of deformable bodies that the recorder does not need."""
 FROM_FILE = ("MJCF", "URDF", "Mesh")
 """Morphs that read a file of the program."""
-OWN_MATERIALS = {"DampSand": ("damp_sand.py", "cohesion"), "ViscousLiquid": ("viscous_liquid.py", "viscosity")}
-"""Materials of our own: their module, and the property without which the engine's does."""
+OWN_MATERIALS = {
+    "DampSand": ("damp_sand.py", "cohesion", 0.0),
+    "TearingSolid": ("tearing_solid.py", "tear_stretch", Code("float('inf')")),
+    "ViscousLiquid": ("viscous_liquid.py", "viscosity", 0.0),
+}
+"""Materials of our own: their module, the property without which the engine's does, and its value in a copy without."""
 
 # Roughness and metallic of the engine's surfaces; its rasteriser shows little of the difference.
 FINISHES = {
@@ -111,7 +115,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
     copied += ["friction.py"] if plan.frictions else []
     copied += ["bounce.py"] if context["uneven"] else []
     copied += ["cloth_friction.py"] if context["cloth"] else []
-    copied += [file for name, (file, _) in OWN_MATERIALS.items() if name in context["own_materials"]]
+    copied += [file for name, (file, *_) in OWN_MATERIALS.items() if name in context["own_materials"]]
     copied += ["cloth_damping.py"] if context["dampings"] else []
     copied += ["gas.py"] if context["gases"] else []
     copied += ["flows.py"] if context["streams"] else []
@@ -262,8 +266,8 @@ def _group(group: Group, substeps: int) -> dict[str, Any]:
 
 
 def _of_class(own: str, entity: EntityPlan, substeps: int) -> EntityPlan:
-    _, value = OWN_MATERIALS[own]
-    options = {value: 0.0} | entity.material_options
+    _, name, without = OWN_MATERIALS[own]
+    options = {name: without} | entity.material_options
     if own == "ViscousLiquid":
         options["substep"] = Code(f"DT / {substeps}")
     return replace(entity, material=own, material_options=options)

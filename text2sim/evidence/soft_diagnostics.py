@@ -27,8 +27,8 @@ because nodes of the grid act on them from up to half a cell away: for them, the
 def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
     """Return the worst value among the copies of each deformable body: {quantity: {value, at, copy, unit, ...}}.
 
-    `volume` is relative to the start, and its worst value is the farthest from 1. Quantities that a body lacks are
-    omitted.
+    `volume` is relative to the start, and its worst value is the farthest from 1; `tears` stands in the row of a body
+    with a tear strength. Quantities that a body lacks are omitted.
     """
     found: dict[str, dict[str, Any]] = {}
     states = recording.states
@@ -51,6 +51,8 @@ def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
         _record_worst(rows, "penetration", depth, {"unit": "m", "copy": body.body}, time, where=where)
         if body.kind == "soft" and body.solver == "mpm":
             rarely = body.thinned(LOOKED_FOR_TEARS, states.frames)
+            if _tears(recording, body):
+                rows["tears"] = True
             times, torn = states.time[:: rarely.step], 1.0 - tearing.pieces(rarely)[1]
             _record_worst(rows, "torn", torn, {"unit": "", "copy": body.body, **first_torn(torn, times)}, times)
         if body.kind in FLOWING:
@@ -66,6 +68,12 @@ def penetration(recording: RecordedCase, body: RecordedDeformable) -> tuple[Arra
     solids = recording.shapes.of_links(links_of(rigid))
     found = nearest_solid(Cloud.of(body), recording.states, solids, 0.0)
     return 0.0 - found.value, [names.label_of_link(solids[i][0]) if i >= 0 else "" for i in found.of]
+
+
+def _tears(recording: RecordedCase, body: RecordedDeformable) -> bool:
+    """Return whether the material of a body has a tear strength."""
+    model = recording.case.bodies.get(body_of(body.body))
+    return model is not None and getattr(model.material, "tear_stretch", None) is not None
 
 
 def first_torn(torn: Array, times: Array) -> dict[str, float]:

@@ -83,7 +83,7 @@ _SIGNS: tuple[tuple[str, _Bad, str], ...] = (
     ("inverted", lambda value, row, spacing: value > MAX_INVERTED, "has {percent:.2g} % of its tetrahedra inside out"),
     (
         "torn",
-        lambda value, row, spacing: value > MAX_TORN,
+        lambda value, row, spacing: value > MAX_TORN and not row.get("tears"),
         "is torn (up to {percent:.2g} % of it were off the largest piece), which its material knows nothing of: "
         "particles two cells apart let go of each other; for the first time",
     ),

@@ -51,7 +51,7 @@ class Chunks:
         return np.concatenate(parts) if parts else np.zeros((0, *row))
 
     def columns(self, name: str, first: int, last: int) -> Array:
-        """Return the columns `first` to `last` of an array (F, n, 3), copying no others into memory.
+        """Return the columns `first` to `last` of an array (F, n, ...), copying no others into memory.
 
         Args:
             name: Name of the array.

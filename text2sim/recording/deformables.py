@@ -64,6 +64,12 @@ class RecordedDeformable:
             return self.points
         return self.chunks.columns("soft_surface", *self.surface_at)[:: self.step]
 
+    @property
+    def torn(self) -> Array | None:
+        """Whether each of its points has torn, shape (F, p); None if no body of the recording has a tear strength."""
+        torn = self.chunks.columns("soft_torn", *self.points_at)[:: self.step]
+        return torn > 0 if len(torn) == len(self.points) and torn.ndim == 2 else None
+
     @cached_property
     def rest(self) -> Array:
         """Its points at the start [m], world, shape (p, 3)."""

@@ -5,15 +5,16 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from text2sim.recording.film_record import SoftPart, SurfaceLook
 from text2sim.rendering.dressing import Layer, dressed
 from text2sim.rendering.finishes import drawn_finish, finish_of, material, needs_uvs
 from text2sim.rendering.grains import Grains
 from text2sim.rendering.meshes import RenderMesh, boxed_uvs
+from text2sim.rendering.particle_surface import liquid_surface
 from text2sim.rendering.rigid import read_picture
 from text2sim.rendering.shapes import filtering, mesh_shape, shaded
+from text2sim.rendering.tears import Tears, Torn, nearest, torn_at
 from text2sim.rendering.wetting import Wall, cut_off, wetted
 from text2sim.templates.shading import LETS_GO, Shell, parts_worn, smooth_normals
 from text2sim.templates.soft_states import SoftStates
@@ -22,17 +23,10 @@ from text2sim.templates.streams import flowing
 Array = NDArray[np.floating]
 Around = tuple[int, int, float]
 
-SMOOTHING_LENGTH, CUBE_SIZE = 2.0, 0.7
-"""Reach of a particle and edge of the cells of a liquid's surface, in particle radii."""
-SUPPORTED, LIFTED = 1.5, 0.6
-"""Distance [particle distances] from its particles at which the skin of an mpm body has torn, and by how much it has
-grown since the start: in thin parts and at sharp corners it is larger from the beginning."""
-TORN, BELOW_SKIN = "rubber", 0.75
-"""Finish of torn faces, and the density at which they are drawn."""
+TORN = "rubber"
+"""Finish of torn faces."""
 LIQUID_OPACITY = 0.4
 """Largest opacity of the surface of a clear liquid; one sees through two of them."""
-SMOOTHING_ITERATIONS = 20
-"""Smoothing iterations of a liquid's surface."""
 
 
 class SoftSurface:
@@ -61,7 +55,6 @@ class SoftSurface:
         self._shell = shell
         # As in the preview, triangles that would span a tear are dropped.
         tears = part.kind == "soft" and part.row["solver"] == "mpm"
-        self._gap = LETS_GO * float(part.row["spacing"]) if tears else None
         uvs = arrays.get("uvs")
         uvs = uvs[shell.worn].astype(float) if uvs is not None and len(uvs) == len(at_rest) else None
         picture = None if look.picture is None or uvs is None else read_picture(look.picture)
@@ -93,40 +86,46 @@ class SoftSurface:
                 if one is not None and (worn == k).any()
             ]
         self.is_clear = any(coat.is_clear for coat in self._coats)
-        self._spacing = float(part.row["spacing"])
+        self._gap, self._tears = LETS_GO * float(part.row["spacing"]), None
         if tears:
-            self._away = distances(at_rest, at_rest if particles is None else particles) / self._spacing
+            self._tears = Tears(at_rest, at_rest if particles is None else particles, float(part.row["spacing"]))
 
-    def whole(self, vertices: Array, particles: Array) -> NDArray[np.bool_]:
-        """Return which triangles have not torn, shape (f,): particles are below them, and their edges are not too long.
+    def whole(self, vertices: Array, particles: Array, torn: Torn = None) -> NDArray[np.bool_]:
+        """Return which triangles have not torn, shape (f,).
+
+        Particles of one piece are below them, and their edges are not too long.
 
         Args:
             vertices: Its vertices [m].
             particles: Its particles [m].
+            torn: Which of its particles have torn; None if its material knows of no tears.
         """
-        if self._gap is None:
+        if self._tears is None:
             return np.ones(len(self._faces), bool)
-        away = distances(vertices, particles) / self._spacing
-        near = (away <= SUPPORTED) | (away <= self._away + LIFTED)
-        return self._shell.whole(vertices, self._gap) & near[self._own][self._faces].all(axis=1)
+        held = self._tears.held(vertices, particles, torn)
+        return self._shell.whole(vertices, self._gap) & held[self._own][self._faces].all(axis=1)
 
-    def _inside(self, vertices: Array, particles: Array, whole: NDArray[np.bool_], bsdf: Any) -> dict[str, Any]:
+    def _inside(
+        self, vertices: Array, particles: Array, torn: Torn, whole: NDArray[np.bool_], bsdf: Any
+    ) -> dict[str, Any]:
         """Return what shows where its skin has torn: a surface just below it, with the colour of the nearest skin.
 
         Args:
             vertices: Its vertices [m].
             particles: Its particles [m].
+            torn: Which of its particles have torn, or None.
             whole: Which of its triangles have not torn.
             bsdf: Material instead of that of torn faces.
         """
-        inner, faces = liquid_surface(particles, self._spacing / 2, BELOW_SKIN)
+        assert self._tears is not None
+        inner, faces = self._tears.inside(particles, torn)
         if not len(faces):
             return {}
         paint = np.zeros((len(self._own), 3))
         for coat in self._coats:
             paint[self._faces[coat.faces].ravel()] = coat.colors[0]
         skin = np.unique(self._faces[whole]) if whole.any() else np.arange(len(self._own))
-        colors = paint[skin[KDTree(vertices[self._own[skin]]).query(inner)[1]]]
+        colors = paint[skin[nearest(vertices[self._own[skin]], inner)]]
         normals, name = smooth_normals(inner[faces], faces.ravel(), len(inner)), f"{self.name}_inside"
         return {name: mesh_shape(name, bsdf or material(TORN), inner, faces, normals, colors=colors)}
 
@@ -166,16 +165,19 @@ class SoftSurface:
         assert laid.uvs is not None
         return laid.uvs
 
-    def shapes(self, vertices: Array, particles: Array, bsdf: Any = None, *, clear: bool = False) -> dict[str, Any]:
+    def shapes(
+        self, vertices: Array, particles: Array, bsdf: Any = None, *, clear: bool = False, torn: Torn = None
+    ) -> dict[str, Any]:
         """Return the mesh of its clear or of its other parts.
 
         Args:
             vertices: Its vertices [m].
             particles: Its particles [m].
+            torn: Which of its particles have torn, or None.
             bsdf: Material instead of its own.
             clear: Whether only clear parts are returned, or only others.
         """
-        normals, whole = self._shell.normals(vertices)[self._corners], self.whole(vertices, particles)
+        normals, whole = self._shell.normals(vertices)[self._corners], self.whole(vertices, particles, torn)
         found = {}
         for k, coat in enumerate(self._coats):
             if coat.is_clear != clear or not (drawn := coat.faces & whole).any():
@@ -186,15 +188,10 @@ class SoftSurface:
                 name, bsdf or coat.bsdf, vertices[self._own], self._faces[drawn], normals,
                 colors=color, shades=shade, uvs=self._uvs,
             )  # fmt: skip
-        torn = any((coat.faces & ~whole).any() for coat in self._coats if not coat.is_clear)
-        if torn and not clear:
-            found |= self._inside(vertices, particles, whole, bsdf)
+        open_ = any((coat.faces & ~whole).any() for coat in self._coats if not coat.is_clear)
+        if open_ and not clear:
+            found |= self._inside(vertices, particles, torn, whole, bsdf)
         return found
-
-
-def distances(vertices: Array, particles: Array) -> Array:
-    """Return the distance [m] of each vertex (n, 3) from the nearest of some particles (m, 3), shape (n,)."""
-    return np.asarray(KDTree(particles).query(vertices)[0])
 
 
 class Coat:
@@ -359,7 +356,8 @@ class SoftBodies:
             if len(points) and isinstance(figure, LiquidSurface):
                 found |= figure.shapes(points, bsdf, walls) if figure.is_clear == clear else {}
             elif len(points) and isinstance(figure, SoftSurface) and (figure.is_clear or not clear):
-                found |= figure.shapes(points, self._particles(part, around), bsdf, clear=clear)
+                particles, torn = self._particles(part, around), torn_at(self._states, part.row, around)
+                found |= figure.shapes(points, particles, bsdf, clear=clear, torn=torn)
             elif len(points) and not clear:
                 found |= figure.shapes(points, bsdf)
         return found
@@ -370,27 +368,3 @@ class SoftBodies:
     def _places(self, part: SoftPart, around: Around) -> Array:
         name, columns = ("soft_points", "points") if part.row["surface"] is None else ("soft_surface", "surface")
         return self._states.at(name, around)[slice(*part.row[columns])].astype(float)
-
-
-def liquid_surface(points: Array, radius: float, threshold: float = 0.6) -> tuple[Array, NDArray[np.integer]]:
-    """Return vertices (n, 3) [m] and triangles (f, 3) of the surface around particles.
-
-    Args:
-        points: Particles [m].
-        radius: Their radius [m].
-        threshold: Density of the surface, relative to that inside: the larger, the deeper it lies.
-    """
-    import pysplashsurf
-
-    made, _ = pysplashsurf.reconstruction_pipeline(
-        np.ascontiguousarray(points, np.float32),
-        particle_radius=radius,
-        smoothing_length=SMOOTHING_LENGTH,
-        cube_size=CUBE_SIZE,
-        iso_surface_threshold=threshold,
-        mesh_smoothing_weights=True,
-        mesh_smoothing_iters=SMOOTHING_ITERATIONS,
-        mesh_cleanup=True,
-    )
-    mesh: Any = made.mesh
-    return np.asarray(mesh.vertices, float), np.asarray(mesh.triangles, np.int64)

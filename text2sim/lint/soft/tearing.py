@@ -1,4 +1,4 @@
-"""Forces that tear deformable bodies."""
+"""Forces that tear deformable bodies, and bodies that tear by their own weight."""
 
 import math
 from collections.abc import Iterator
@@ -7,7 +7,7 @@ from typing import Any
 from text2sim.compiler.soft.scales import PARTICLE_CELLS
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import sides
-from text2sim.lint.rule import Rule
+from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftBody, soft_facts
 from text2sim.lint.soft.walls import free_by, opening
 from text2sim.spec_schema.errors import Problem
@@ -28,7 +28,7 @@ def _tearing(facts: Facts) -> Iterator[Problem]:
         if control.kind != "force":
             continue
         body = bodies.get(body_of(control.body))
-        if body is None:
+        if body is None or body.model.material.tear_stretch is not None:  # which is meant to tear
             continue
         forced, bore = _forced_stretch(facts, body)
         through = f"; `{bore}` also stretches it to {forced:.2g} times its length" if forced > 1.1 else ""
@@ -55,6 +55,27 @@ def _tearing(facts: Facts) -> Iterator[Problem]:
                 f"motion{through}"
             )
             yield facts.problem("tearing-force", ("actions", "controls", name, "force"), text)
+
+
+@first_per_place
+def _tears_itself(facts: Facts) -> Iterator[Problem]:
+    """Report bodies whose own weight stretches them to where they tear."""
+    held = {body_of(control.body) for control in facts.case.actions.controls.values() if control.kind == "attach"}
+    for body in soft_facts(facts).of("mpm"):
+        material, limit = body.model.material, getattr(body.model.material, "tear_stretch", None)
+        if limit is None:
+            continue
+        strain = material.density * facts.pull * sides(body.box)[2] / material.youngs_modulus
+        strain *= 1.0 if body.body in held else material.poisson_ratio
+        if 1 + strain < limit:
+            continue
+        how = "hangs" if body.body in held else "stands"
+        text = (
+            f"`{body.name}` tears as it {how}: its own weight stretches it by {strain:.2g} (E "
+            f"{material.youngs_modulus:.3g} Pa), and it tears at {limit - 1:.2g}; use a youngs_modulus of "
+            f"{2 * strain / (limit - 1) * material.youngs_modulus:.1g} or more, or a larger tear_stretch"
+        )
+        yield facts.problem("tears-itself", facts.where(body.body, "material", "tear_stretch"), text)
 
 
 def _forced_stretch(facts: Facts, body: SoftBody) -> tuple[float, str]:
@@ -121,5 +142,20 @@ actions:
 """,
         fix="actions: {controls: {pull: {region: {sphere: null, face: right}}}}",
         run=_tearing,
+    ),
+    Rule(
+        id="tears-itself",
+        severity="warning",
+        title="A body with a tear_stretch tears by its own weight.",
+        reason="""\
+The foot of a body of height h bears `rho g h`. Divided by its stiffness that is the strain at its top as it hangs by an
+attachment; as it stands, its foot bulges by Poisson's ratio times that. What tears stays torn.""",
+        remedy="Use a stiffer material, or a larger `tear_stretch`.",
+        example=f"""\
+bodies:
+  jelly: {_JELLY}, material: {{youngs_modulus: 3.0e+3, tear_stretch: 1.1}}}}
+""",
+        fix="bodies: {jelly: {material: {youngs_modulus: 3.0e+4}}}",
+        run=_tears_itself,
     ),
 )

@@ -87,6 +87,11 @@ def _ignored(facts: Facts) -> Iterator[Problem]:
                 f"use {cell:g} m, or smaller cells"
             )
             yield facts.problem("unheeded-stuff", facts.where(name, "material", "crease_radius"), text)
+    for name, solver in {body.body: body.solver for body in soft.of("fem", "ipc")}.items():
+        where = facts.where(name, "material", "tear_stretch")
+        if facts.value_at(where) is not None:
+            text = f"`{name}` has solver {solver}, in which nothing tears: tear_stretch is ignored; use `solver: mpm`"
+            yield facts.problem("unheeded-stuff", where, text, key=True)
     for name in (*facts.case.scene.statics, *facts.case.bodies):
         where = facts.where(name, "material", "restitution")
         if soft.model in REPLACING_CONTACT_MODELS and facts.value_at(where):

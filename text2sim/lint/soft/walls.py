@@ -19,6 +19,13 @@ millimetres in one of 2.9, none passed one of 5. Walls at rest of 1 to 1.3 cells
 HIT_WALL_CELLS = 1.25
 """The same of a wall at rest that soft bodies may hit. Measured with cubes of 0.15 m and 40 kPa at 4 m/s
 (tests/physics/test_soft_controls.py -k walls): one of 1.2 cells let the whole cube through, one of 1.3 held it."""
+CUTTING_CELLS = 1.5, 5.0
+"""The same of what cuts a body with a `tear_stretch`, and by how much it grows with that: nodes that move along with a
+wire strain what lies beside it by its thickness in cells. Measured with blocks of 15 kPa, thickness with reach: at 1.3,
+1 cell tore a tenth of what was in its way, 1.5 half, 2 all but the top layer, 2.25 all; at 1.2, 2.1 cells cut one block
+and not another; at 1.15, 1.5 and 2.25 cells cut."""
+LEAKS, CLOSES = "leaks through it", "closes behind it instead of being cut"
+"""What a body does about a wall or a cutter that is too thin."""
 ON_TOP = 2.0
 """Thickness [cells] of a free body on top of an mpm body."""
 HOLDING_CELLS = 0.5
@@ -34,7 +41,7 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
     for body, copy in soft.pairs("mpm"):
         if copy.body in seen:
             continue
-        wanted, why = _wanted_cells(facts, copy, body.model.kind)
+        wanted, why, then = _wanted_cells(facts, copy, body.model)
         thin, link = _thinnest(facts, copy)
         more = 2 * max(free_by(copy, soft) - soft.scales.reach, 0.0)
         cells = (thin + more) / soft.cell
@@ -44,9 +51,11 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
         name = copy.name if link is None else f"{copy.name}.{link}"
         text = (
             f"`{name}` is {length(thin)} thick, {soft.in_cells(thin + more)}"
-            f"{' with its soft_reach' if more else ''}, and {why}: `{body.name}` leaks through it; make it "
+            f"{' with its soft_reach' if more else ''}, and {why}: `{body.name}` {then}; make it "
             f"{length(wanted * soft.cell - more)} or thicker, or `scene.mpm.cell` {at_most((thin + more) / wanted)}, or"
         )
+        if then == CLOSES:
+            text += f" give it `soft_reach: {free_by(copy, soft) + (wanted - cells) / 2 * soft.cell:.2g}`, or"
         text += (
             ", if it only holds the body by `attach`, `material: {touch_soft: false}`"
             if link is None
@@ -67,20 +76,22 @@ def _thinnest(facts: Facts, copy: Copy) -> tuple[float, str | None]:
     return (math.inf, None) if thinnest is None else (thinnest.thickness, thinnest.link)
 
 
-def _wanted_cells(facts: Facts, copy: Copy, kind: str) -> tuple[float, str]:
-    """Return how many cells thick a rigid copy should be beside an mpm body of a kind, and why."""
+def _wanted_cells(facts: Facts, copy: Copy, body: Any) -> tuple[float, str, str]:
+    """Return how many cells thick a rigid copy should be beside an mpm body, why, and what the body does otherwise."""
     mount = facts.mount(copy)
-    if mount == "driven":
-        return LOADED_WALL_CELLS, "it is driven"
-    if any(motor.entity == copy.name for motor in facts.plan.motors):
-        return LOADED_WALL_CELLS, "a motor moves it"
+    moved = "it is driven" if mount == "driven" else "a motor moves it"
+    if mount == "driven" or any(motor.entity == copy.name for motor in facts.plan.motors):
+        if getattr(body.material, "tear_stretch", None) is not None:
+            least, more = CUTTING_CELLS
+            return least + more * (body.material.tear_stretch - 1), moved, CLOSES
+        return LOADED_WALL_CELLS, moved, LEAKS
     if not facts.moves(copy):
-        if kind == "soft":
-            return HIT_WALL_CELLS, "soft bodies that hit thinner walls pass through them"
-        return UNLOADED_WALL_CELLS, "thinner walls let particles through"
+        if body.kind == "soft":
+            return HIT_WALL_CELLS, "soft bodies that hit thinner walls pass through them", LEAKS
+        return UNLOADED_WALL_CELLS, "thinner walls let particles through", LEAKS
     if mount == "tree":  # leaks through thin limbs and ropes are not visible
-        return 0.0, ""
-    return ON_TOP, "it may lie on the body" if facts.free(copy) else "the body presses on it"
+        return 0.0, "", LEAKS
+    return ON_TOP, "it may lie on the body" if facts.free(copy) else "the body presses on it", LEAKS
 
 
 @first_per_place
@@ -145,7 +156,8 @@ The mpm grid detects rigid bodies only at its nodes. Measured with a piston on s
 a plate of 1.3 cells, 164 one of 1.9; 40 were some millimetres in one of 2.9, and none passed one of 5. A body that a
 motor or a prescribed motion presses on mpm bodies should be {LOADED_WALL_CELLS:g} cells thick, and is an error below
 {LEAKING_WALL_CELLS:g}; a body on top of them {ON_TOP:g}; a wall at rest {UNLOADED_WALL_CELLS:g}, or
-{HIT_WALL_CELLS:g} where soft bodies may hit it: at 4 m/s a cube passed through 1.2 cells.""",
+{HIT_WALL_CELLS:g} where soft bodies may hit it: at 4 m/s a cube passed through 1.2 cells. What is driven
+through a body with a `tear_stretch` cuts it with `1.5 + 5 (tear_stretch - 1)` cells; the body closes behind less.""",
         remedy="""\
 Make it thicker (or use a `compound` with a thin visible part and a thick one for contact), or make the grid finer with
 `scene.mpm.cell`; half the cell takes sixteen times as long.""",

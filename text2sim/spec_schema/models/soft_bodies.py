@@ -57,6 +57,11 @@ class Soft(Deformable):
             raise ValueError("model elasto_plastic needs solver mpm (got fem)")
         if self.material.yield_stress is not None and self.material.model != "elasto_plastic":
             raise ValueError(f"yield_stress needs model elasto_plastic (got {self.material.model})")
+        if self.material.tear_stretch is not None:
+            if self.solver == "fem":
+                raise ValueError("material.tear_stretch needs solver mpm (got fem)")
+            if self.material.model == "elasto_plastic":
+                raise ValueError("tear_stretch needs model elastic or neo_hookean (got elasto_plastic)")
         return self
 
 
