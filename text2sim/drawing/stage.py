@@ -279,7 +279,7 @@ def _visual_shapes(link: MechanismLink) -> tuple[TreeGeom, ...]:
 
 
 def cloth_surfaces(shape: Any, folder: Path) -> list[VisualMesh] | None:
-    """Return the surface of a disc, a sleeve, a ribbon, or a sheet with its picture if it has one; None for other shapes.
+    """Return the surface of an open cloth, with its picture if it is a sheet that has one; None for other shapes.
 
     Raises:
         AssetError: if the picture cannot be used.

@@ -134,7 +134,7 @@ def check_border(shape: Any, region: BodyRegion) -> None:
         there = ("front", "back")
     if not set(region.sides) & set(there):
         face = f"`face: {region.sides[0]}` is what lies outermost there"
-        raise RegionError(f"this {shape.kind} has no border {region.sides[0]}, but {' and '.join(there)}; {face}")
+        raise RegionError(f"this {shape.kind} has no border {region.sides[0]}, but {', '.join(there)}; {face}")
 
 
 def end_region(shape: Any, region: BodyRegion, within: float) -> BodyRegion:

@@ -115,8 +115,8 @@ def thickness(shape: Any, folder: Path) -> float:
 def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
     """Return the side lengths [m] of a cloth, the shorter first; for a mesh, the two longer sides of its bounds.
 
-    A ribbon and a sleeve count as laid flat. A disc counts as a rectangle of its area, and as wide as both sides of the ring around
-    its hole; a hull as one of its area, and as wide as both sides of the solid.
+    A ribbon and a sleeve count as laid flat. A disc counts as a rectangle of its area, and as wide as both sides of the
+    ring around its hole; a hull as one of its area, and as wide as both sides of the solid.
 
     Raises:
         AssetError: if a file of a shape cannot be used.

@@ -9,7 +9,6 @@ from text2sim.spec_schema.models.base import ByKind, Length, Model, NonNegative,
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Sphere
 
-
 MIN_CLOSED = 4
 """Points of a ribbon without ends: a triangle, and its first corner again."""
 
@@ -60,7 +59,8 @@ class Disc(Model):
     radius: Length
     """Radius [m]."""
     hole: NonNegative = 0.0
-    """Radius [m] of a round hole in its middle."""
+    """Radius [m] of a round hole in its middle. Its rim is `sphere: {center: [0, 0, 0], radius: …}`, with half a `cell`
+    more than the hole."""
 
     @model_validator(mode="after")
     def _ring(self) -> "Disc":
@@ -77,7 +77,9 @@ class Disc(Model):
 class Sleeve(Model):
     """A round tube of cloth around z, open at both ends: a sleeve, a sock, a trouser leg, a skirt, a lampshade.
 
-    For cloth only. Its frame is on its axis at half its height. `edge: bottom` and `edge: top` are its rims.
+    For cloth only. Its frame is on its axis at half its height. `edge: bottom` and `edge: top` are its rims. Pushed
+    together along an arm that it lies within a `cell` of, it gathers into round folds, and into broad slanting ones if
+    it is looser; with a `bending_compliance` of 1e4 it crumples.
     """
 
     kind: Literal["sleeve"]
@@ -109,7 +111,8 @@ class Ribbon(Model):
     """A strip along a smooth curve: a bow, a loop, a loose knot. For cloth only.
 
     Its mesh is that of the curved strip: stretching is measured from it, and with `rest_shape: start` so is bending.
-    If its last point is its first, it is a band without ends, such as a belt.
+    If its last point is its first, it is a band without ends, such as a belt, with the edges `front` and `back` where
+    it lies around y; for a tube use `sleeve`.
     """
 
     kind: Literal["ribbon"]
