@@ -5,6 +5,7 @@ from math import cos, pi, sin
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from trimesh import Trimesh
 
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.geometry import pieces
@@ -100,3 +101,36 @@ def test_a_flat_ribbon_has_no_top_edge(tmp_path) -> None:
     flat = ribbon([(-0.5, 0, 0), (0, 0.1, 0), (0.5, 0, 0)])
     with pytest.raises(RegionError, match="it is flat, and has no top"):
         region_finder(BodyRegion(edge="top"), flat, 0.02, "pbd", tmp_path)
+
+
+RING = [(0.3 * cos(a), 0.0, 0.3 * sin(a)) for a in np.linspace(0, 2 * pi, 9)]
+TREFOIL = [(sin(a) + 2 * sin(2 * a), cos(a) - 2 * cos(2 * a), -sin(3 * a)) for a in np.linspace(0, 2 * pi, 31)]
+
+
+@pytest.mark.parametrize("points", [RING, TREFOIL])
+def test_a_band_whose_last_point_is_its_first_has_no_ends(points, tmp_path):
+    band = ribbon(points)
+    mesh = soft_surface(band, tmp_path, 0.01)
+    net = Trimesh(mesh.vertices, mesh.faces, process=False)
+    assert net.is_winding_consistent and net.euler_number == 0  # of a band without ends
+    assert len(np.unique(mesh.vertices, axis=0)) == len(mesh.vertices)
+    found = course(band, 4000)
+    assert_allclose(found.across[0], found.across[-1], atol=1e-6)
+    assert_allclose(found.along[0], found.along[-1], atol=1e-6)
+
+
+def test_edges_of_a_band_are_its_rims(tmp_path) -> None:
+    band = ribbon(RING)
+    assert "sides((1, -1)" in region_finder(BodyRegion(edge="front"), band, 0.01, "pbd", tmp_path)
+    for side in ("left", "top"):
+        with pytest.raises(RegionError, match=f"ribbon has no border {side}, but front, back"):
+            region_finder(BodyRegion.model_validate({"edge": side}), band, 0.01, "pbd", tmp_path)
+    with pytest.raises(RegionError, match="ribbon has no border top, but left, right, front, back"):
+        region_finder(BodyRegion(edge="top"), ribbon(ARC), 0.01, "pbd", tmp_path)
+
+
+def test_a_band_needs_whole_turns_and_three_places():
+    with pytest.raises(ValueError, match="needs whole turns"):
+        ribbon(RING, turns=0.5)
+    with pytest.raises(ValueError, match="needs 4 points"):
+        ribbon([(0, 0, 0), (1, 0, 0), (0, 0, 0)])

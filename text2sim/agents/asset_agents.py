@@ -123,7 +123,7 @@ def _shape(chat: Conversation, asset: Asset, plan: CasePlan, request: Request, c
 
 _SHAPES = frozenset({"compound", "mesh", "box", "sphere", "cylinder", "capsule", "cone", "polyhedron", "rock",
                      "ellipsoid", "torus", "tube", "cup", "funnel", "text", "sketch", "sculpt", "sheet",
-                     "disc", "ribbon"})  # fmt: skip
+                     "disc", "sleeve", "ribbon"})  # fmt: skip
 _SCULPTED = frozenset({"limb", "revolve", "loft"})
 """Parts of a sculpt, which are not shapes by themselves."""
 

@@ -24,7 +24,7 @@ from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeLink, tree_links
 from text2sim.drawing.meshes import Triangles, limited_surface, scale_of, solid, square, unit
 from text2sim.drawing.prop import Prop, Stage
 from text2sim.drawing.robots import urdf_dress
-from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet
+from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet, Sleeve
 
 Rgba = tuple[float, float, float, float]
 
@@ -279,7 +279,7 @@ def _visual_shapes(link: MechanismLink) -> tuple[TreeGeom, ...]:
 
 
 def cloth_surfaces(shape: Any, folder: Path) -> list[VisualMesh] | None:
-    """Return the surface of a disc, a ribbon, or a sheet with its picture if it has one; None for other shapes.
+    """Return the surface of an open cloth, with its picture if it is a sheet that has one; None for other shapes.
 
     Raises:
         AssetError: if the picture cannot be used.
@@ -287,7 +287,9 @@ def cloth_surfaces(shape: Any, folder: Path) -> list[VisualMesh] | None:
     if isinstance(shape, Disc):
         net = soft_surface(shape, folder, 2 * shape.radius / SHEET_CELLS)
         return [VisualMesh(net.vertices, net.faces, np.tile([0.0, 0.0, 1.0], (len(net.vertices), 1)))]
-    if isinstance(shape, Ribbon):
+    if isinstance(shape, Sleeve):
+        picture, bent, edge = None, True, 2 * max(shape.radii) / SHEET_CELLS
+    elif isinstance(shape, Ribbon):
         picture, bent, edge = None, True, shape.width / RIBBON_CELLS
     elif isinstance(shape, Sheet):
         picture = None if shape.texture is None else thumbnail(shape.texture, folder, PREVIEW_SIDE)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.compiler.shapes.regions import end_region
+from text2sim.compiler.shapes.regions import RegionError, check_border, end_region
 from text2sim.compiler.soft.regions import SIDE_LAYER
 from text2sim.evidence import curvature, deformation, folds, free_surface, tearing
 from text2sim.evidence.gaps import Nearest, nearest_cloud, nearest_solid
@@ -73,10 +73,15 @@ def region_rows(recording: RecordedCase, body: RecordedDeformable, region: BodyR
         region: The region.
 
     Raises:
-        SoftMeasureError: if no point lies in the region, or the body is flat and has no such side.
+        SoftMeasureError: if no point lies in the region, or the body has no such side or border.
     """
     points, within = body.own, SIDE_LAYER.get(body.solver, 0.5) * body.spacing
-    region = end_region(getattr(recording.case.bodies.get(body_of(body.body)), "shape", None), region, within)
+    shape = getattr(recording.case.bodies.get(body_of(body.body)), "shape", None)
+    region = end_region(shape, region, within)
+    try:
+        check_border(shape, region)
+    except RegionError as error:
+        raise SoftMeasureError(f"{body.body}: {error}") from error
     if region.nearest is not None:
         return np.array([np.linalg.norm(points - region.nearest, axis=1).argmin()])
     inside = np.ones(len(points), bool)

@@ -118,3 +118,16 @@ actions: {controls: {hit: {kind: impulse, body: arm.rod, impulse: [0, 0, 1], at:
     assert not findings(tmp_path, "point-off-body", case % 0.2)
     (found,) = findings(tmp_path, "point-off-body", case % 0.5)
     assert "300 mm away from `arm.rod`" in found.message
+
+
+def test_a_first_waypoint_away_from_the_start_is_a_jump(assets: Path) -> None:
+    pusher = """\
+bodies:
+  pusher:
+    kind: driven
+    shape: {kind: box, size: [0.1, 0.1, 0.1]}
+    motion: {kind: waypoints, times: [0, 1], positions: [[0, 0, %s], [0, 0, 0.5]]}
+    pose: {pos: [0, 0, 0.3]}
+"""
+    assert findings(assets, "fast-schedule", pusher % 0) == []
+    expect_words(assets, "fast-schedule", "the first one is a jump of 300 mm", pusher % 0.3)

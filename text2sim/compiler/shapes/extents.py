@@ -30,6 +30,7 @@ from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Compound, Cone, Cup, Ellipsoid, Funnel, Mesh, Sketch, Text, Tube
+from text2sim.spec_schema.models.sheets import Sleeve
 
 TreeExtents = Callable[[Any, Quaternion, Path], Bounds]
 """Bounds of a body that is a tree of links, about its origin, turned by a quaternion."""
@@ -54,6 +55,12 @@ def _reach_ellipsoid(shape: Ellipsoid, u: Vec, folder: Path) -> float:
 def _reach_cone(shape: Cone, u: Vec, folder: Path) -> float:
     half = shape.height / 2
     return max(_reach_ring(shape.radius, -half, u), _reach_ring(shape.top_radius, half, u))
+
+
+def _reach_sleeve(shape: Sleeve, u: Vec, folder: Path) -> float:
+    half = shape.height / 2
+    low, high = (r + SHEET_THICKNESS / 2 for r in shape.radii)
+    return max(_reach_ring(low, -half, u), _reach_ring(high, half, u))
 
 
 def _reach_wall(shape: Tube | Cup | Funnel, u: Vec, folder: Path) -> float:
@@ -120,6 +127,7 @@ _REACH: dict[str, Callable[[Any, Vec, Path], float]] = {
     "sketch": _reach_flat,
     "sculpt": _reach_sculpt,
     "disc": lambda shape, u, folder: _reach_ring(shape.radius, SHEET_THICKNESS / 2, (u[0], u[1], abs(u[2]))),
+    "sleeve": _reach_sleeve,
     "ribbon": _reach_ribbon,
     "sheet": lambda shape, u, folder: sheet_reach(shape, u),
     "compound": _reach_compound,

@@ -18,7 +18,7 @@ from text2sim.compiler.shapes.rotation import (
     vector_times,
     vector_unit,
 )
-from text2sim.compiler.shapes.sagging import disc_pieces, sheet_pieces
+from text2sim.compiler.shapes.sagging import disc_pieces, sheet_pieces, sleeve_pieces
 from text2sim.compiler.shapes.sculpting import pieces_of, sculpted
 from text2sim.compiler.shapes.surface import Drawn, VisualMesh, surface
 from text2sim.spec_schema.errors import AssetError
@@ -26,7 +26,7 @@ from text2sim.spec_schema.models.base import content_of
 from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Compound, Cup, Funnel, Mesh, Sketch, Stream, Text, Tube
-from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet
+from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet, Sleeve
 
 _PIECES: Memory[list[Piece]] = Memory(4096)
 """Pieces of shapes, so that copies and equal bodies share them and all that is derived from them."""
@@ -107,6 +107,8 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
         return sheet_pieces(shape)
     if isinstance(shape, Disc):
         return disc_pieces(shape)
+    if isinstance(shape, Sleeve):
+        return sleeve_pieces(shape)
     if isinstance(shape, Ribbon):
         from text2sim.compiler.shapes.ribbons import ribbon_pieces
 

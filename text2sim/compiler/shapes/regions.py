@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 SIDE_DEPTH = 1e-3
 """A side reaches this part of the body's length inwards."""
+_AROUND = ("left", "right", "front", "back")
+BORDERS = {"sheet": _AROUND, "disc": _AROUND, "ribbon": _AROUND, "sleeve": ("bottom", "top")}
+"""Sides on which cloths have a border, which is what `edge` means of them."""
 FLATNESS = 1e-6
 """A body thinner than this part of its longest side is flat."""
 
@@ -118,6 +121,22 @@ def check_sides(region: BodyRegion, size: Sequence[float]) -> None:
             raise RegionError(f"it is flat, and has no {side}; it has {', '.join(there)}")
 
 
+def check_border(shape: Any, region: BodyRegion) -> None:
+    """Check that the edge of a cloth that a region names is a part of its border.
+
+    Raises:
+        RegionError: if it has no border there.
+    """
+    if region.edge is None or getattr(shape, "kind", None) not in BORDERS:
+        return
+    there = BORDERS[shape.kind]
+    if isinstance(shape, Ribbon) and shape.closed:
+        there = ("front", "back")
+    if not set(region.sides) & set(there):
+        face = f"`face: {region.sides[0]}` is what lies outermost there"
+        raise RegionError(f"this {shape.kind} has no border {region.sides[0]}, but {', '.join(there)}; {face}")
+
+
 def end_region(shape: Any, region: BodyRegion, within: float) -> BodyRegion:
     """Return a region; for an end of a ribbon, or of a sheet over a bar, the box around the hem there.
 
@@ -127,7 +146,7 @@ def end_region(shape: Any, region: BodyRegion, within: float) -> BodyRegion:
         within: How deep a side is [m].
     """
     corners: Sequence[Sequence[float]] | None = None
-    if isinstance(shape, Ribbon) and region.edge in ("left", "right"):
+    if isinstance(shape, Ribbon) and not shape.closed and region.edge in ("left", "right"):
         from text2sim.compiler.shapes.ribbons import ribbon_corners
 
         hems = [side[0 if region.edge == "left" else -1].tolist() for side in ribbon_corners(shape, 1)]

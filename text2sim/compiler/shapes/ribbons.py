@@ -43,7 +43,7 @@ class Course(NamedTuple):
 
 def course(ribbon: Ribbon, count: int) -> Course:
     """Return `count + 1` places along a ribbon, from its left end to its right one."""
-    return _course(tuple(ribbon.points), ribbon.turns, count)
+    return _course(tuple(ribbon.points), ribbon.closed, ribbon.turns, count)
 
 
 def ribbon_length(ribbon: Ribbon) -> float:
@@ -85,10 +85,10 @@ def _boxes(ribbon: Ribbon) -> int:
 
 
 @lru_cache(maxsize=64)
-def _course(points: tuple[Vec, ...], turns: float, count: int) -> Course:
-    given = np.array(points)
+def _course(points: tuple[Vec, ...], closed: bool, turns: float, count: int) -> Course:
+    given = np.array([*points[:-1], points[0]] if closed else points)
     nodes = np.concatenate([[0.0], np.cumsum(np.sqrt(np.linalg.norm(np.diff(given, axis=0), axis=1)))])
-    spline = CubicSpline(nodes, given)
+    spline = CubicSpline(nodes, given, bc_type="periodic" if closed else "not-a-knot")
     fine = np.linspace(0.0, nodes[-1], FINE * (len(points) - 1) + 1)
     ways = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(spline(fine), axis=0), axis=1))])
     # Frames are carried along the fine samples, so that they do not depend on the count.
@@ -97,7 +97,10 @@ def _course(points: tuple[Vec, ...], turns: float, count: int) -> Course:
     along = _unit(spline(wanted, 1))
     level = np.column_stack([np.interp(wanted, fine, across[:, k]) for k in range(3)])
     level = _unit(level - (level * along).sum(axis=1, keepdims=True) * along)
-    angle = 2 * np.pi * turns * np.linspace(0.0, 1.0, count + 1)[:, None]
+    angle = 2 * np.pi * turns
+    if closed:  # what is carried around a loop that is not flat comes back at an angle
+        angle += np.arctan2(np.cross(across[-1], across[0]) @ along[0], across[-1] @ across[0])
+    angle *= np.linspace(0.0, 1.0, count + 1)[:, None]
     turned = np.cos(angle) * level + np.sin(angle) * np.cross(along, level)
     return Course(spline(wanted), along, turned, float(ways[-1]))
 

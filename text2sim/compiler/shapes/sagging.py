@@ -6,10 +6,10 @@ from math import asinh, atan2, cos, hypot, inf, pi, sin, sqrt
 
 from text2sim.compiler.shapes.piece import Piece, wall_pieces
 from text2sim.compiler.shapes.rotation import Y_AXIS, Vec, quat_from_axis_angle
-from text2sim.spec_schema.models.sheets import Disc, Sheet
+from text2sim.spec_schema.models.sheets import Disc, Sheet, Sleeve
 
-DISC_STAVES = 16
-"""Pieces that stand for a disc with a hole."""
+DISC_STAVES, SLEEVE_STAVES = 16, 32
+"""Pieces that stand for a disc with a hole, and for a sleeve: they reach half a percent beyond its radius."""
 SHEET_THICKNESS = 1e-3
 """Thickness [m] of a sheet when bodies are placed and compared; its solver has its own."""
 SHEET_BOXES = 12
@@ -125,6 +125,13 @@ def disc_pieces(disc: Disc) -> list[Piece]:
         return [Piece("cylinder", size=(disc.radius, SHEET_THICKNESS))]
     wall = disc.hole, disc.radius
     return wall_pieces(wall, wall, -half, half, DISC_STAVES)
+
+
+def sleeve_pieces(sleeve: Sleeve) -> list[Piece]:
+    """Return the staves that stand for a sleeve when bodies are placed and compared."""
+    half = SHEET_THICKNESS / 2
+    bottom, top = ((r - half, r + half) for r in sleeve.radii)
+    return wall_pieces(bottom, top, -sleeve.height / 2, sleeve.height / 2, SLEEVE_STAVES)
 
 
 def sheet_reach(sheet: Sheet, u: Vec) -> float:

@@ -24,7 +24,7 @@ from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Box, Compound, Ellipsoid, Mesh, Torus
-from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet
+from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet, Sleeve
 
 REGULAR_VOLUME = 1 / (6 * math.sqrt(2))
 """Volume of a regular tetrahedron of edge 1."""
@@ -43,7 +43,7 @@ HULL_EDGES = 24
 """Edges along the longest side of a solid, when its surface is measured."""
 UNION_EDGES = 40
 """Edges along the longest side of a part, when its union with the others is made."""
-THIN_ROWS, THIN_ROUND = {Sheet: 2, Disc: 2, Ribbon: 2, Box: 8, Torus: 150}, 48
+THIN_ROWS, THIN_ROUND = {Sheet: 2, Disc: 2, Sleeve: 2, Ribbon: 2, Box: 8, Torus: 150}, 48
 """Triangles around shapes thinner than an edge: round ones keep their form."""
 _UNIONS: "Memory[Manifold]" = Memory(64)
 
@@ -96,6 +96,9 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
         return _build(*_sheet(shape, edge))
     if isinstance(shape, Disc):
         return _build(*_disc(shape, edge))
+    if isinstance(shape, Sleeve):
+        (low, high), half = shape.radii, shape.height / 2
+        return _build(*turned(profile_of([((low, -half), (high, half))], edge), edge, closed=False))
     if isinstance(shape, Ribbon):
         return _build(*_ribbon(shape, edge))
     if isinstance(shape, Box):
@@ -220,7 +223,7 @@ def _area(shape: Any, folder: Path) -> float:
     """Return roughly the area [m2] of a surface, from which the number of triangles follows."""
     if isinstance(shape, Sheet):
         return shape.size[0] * shape.size[1]
-    if isinstance(shape, Disc):
+    if isinstance(shape, Disc | Sleeve):
         return shape.area
     if isinstance(shape, Ribbon):
         return _ribbon_length(shape) * shape.width
@@ -273,17 +276,21 @@ def _disc(disc: Disc, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarray]
     return vertices, faces, vertices[:, :2] / (2 * disc.radius) + 0.5
 
 
-def _ribbon(ribbon: Ribbon, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
+def _ribbon(ribbon: Ribbon, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarray | None]":
     """Return a grid, row by row along the ribbon."""
     import numpy as np
 
     from text2sim.compiler.shapes.ribbons import ribbon_corners
 
     nx, ny = max(1, round(_ribbon_length(ribbon) / edge)), max(1, round(ribbon.width / edge))
+    if ribbon.closed:
+        nx = max(4, nx + nx % 2)  # so that diagonals alternate across the seam
     left, right = ribbon_corners(ribbon, nx)
     u, v = np.meshgrid(np.linspace(0.0, 1.0, nx + 1), np.linspace(0.0, 1.0, ny + 1))
-    vertices = left + v[..., None] * (right - left)
-    return vertices.reshape(-1, 3), grid_faces(nx, ny), np.stack([u.ravel(), v.ravel()], axis=1)
+    vertices, faces = left + v[..., None] * (right - left), grid_faces(nx, ny)
+    if ribbon.closed:
+        return vertices[:, :-1].reshape(-1, 3), faces // (nx + 1) * nx + faces % (nx + 1) % nx, None
+    return vertices.reshape(-1, 3), faces, np.stack([u.ravel(), v.ravel()], axis=1)
 
 
 def _ribbon_length(ribbon: Ribbon) -> float:

@@ -184,6 +184,6 @@ def area(shape: Any, folder: Path) -> float:
     """
     if shape.kind == "sheet":
         return shape.size[0] * shape.size[1]
-    if shape.kind == "disc":
+    if shape.kind in ("disc", "sleeve"):
         return shape.area
     return hull_area(shape, folder)

@@ -8,7 +8,7 @@ from typing import Any
 
 from text2sim.compiler.literal import Code, literal
 from text2sim.compiler.shapes.extents import extents
-from text2sim.compiler.shapes.regions import RegionError, check_sides, empty_region_message, end_region
+from text2sim.compiler.shapes.regions import RegionError, check_border, check_sides, empty_region_message, end_region
 from text2sim.compiler.shapes.rotation import IDENTITY, Vec
 from text2sim.compiler.shapes.sagging import SHEET_THICKNESS
 from text2sim.spec_schema.models.regions import SIDES, BodyRegion
@@ -41,6 +41,7 @@ def region_finder(region: BodyRegion | None, shape: Any, spacing: float, solver:
         if shape.kind == "ribbon":
             low, high = ([c + sign * SHEET_THICKNESS / 2 for c in side] for side, sign in ((low, 1), (high, -1)))
         check_sides(region, [b - a for a, b in zip(low, high, strict=True)])
+        check_border(shape, region)
         sides = ", ".join(literal(SIDES[side]) for side in region.sides)
         return Code(f"sides({sides}, within={literal(SIDE_LAYER[solver] * spacing)})")
     if region.box is not None:

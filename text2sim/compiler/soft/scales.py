@@ -115,8 +115,8 @@ def thickness(shape: Any, folder: Path) -> float:
 def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
     """Return the side lengths [m] of a cloth, the shorter first; for a mesh, the two longer sides of its bounds.
 
-    A ribbon counts as laid flat. A disc counts as a rectangle of its area, and as wide as both sides of the ring around
-    its hole; a hull as one of its area, and as wide as both sides of the solid.
+    A ribbon and a sleeve count as laid flat. A disc counts as a rectangle of its area, and as wide as both sides of the
+    ring around its hole; a hull as one of its area, and as wide as both sides of the solid.
 
     Raises:
         AssetError: if a file of a shape cannot be used.
@@ -126,6 +126,9 @@ def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
     if shape.kind == "ribbon":
         long = hull_area(shape, folder) / shape.width
         return min(shape.width, long), max(shape.width, long)
+    if shape.kind == "sleeve":
+        around = shape.area / shape.slant
+        return min(shape.slant, around), max(shape.slant, around)
     if shape.kind == "disc":
         wide = 2 * (shape.radius - shape.hole)
         return min(wide, shape.area / wide), max(wide, shape.area / wide)

@@ -15,7 +15,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.rule import Rule, one_per_place
-from text2sim.lint.words import amount
+from text2sim.lint.words import amount, length
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import Drive, Force, InitialVelocity, Torque
@@ -104,6 +104,12 @@ def _fast(facts: Facts) -> Iterator[Problem]:
             )
             yield facts.problem("fast-schedule", where, text)
         elif isinstance(schedule, Steps | Piecewise | Waypoints):
+            if isinstance(schedule, Waypoints) and (jump := hypot(*schedule.positions[0])):
+                text = (
+                    "positions are displacements from `pose`, where the body is at the start: the first one is a jump "
+                    f"of {length(jump)}; begin with [0, 0, 0]"
+                )
+                yield facts.problem("fast-schedule", (*where, "positions", 0), text)
             for index, (a, b) in enumerate(pairwise(schedule.times)):
                 if b - a < dt * (1 - 1e-6):
                     text = (
@@ -150,8 +156,8 @@ or jumps past them, before the contact is detected.""",
         title="A schedule changes faster than the time step.",
         reason="""\
 Targets, forces and prescribed motions are set once per time step. A sine with fewer than two steps per cycle aliases to
-a slower one, with fewer than eight it is coarse; a ramp that ends within a step is a jump, and of two values within one
-step only one has an effect.""",
+a slower one, with fewer than eight it is coarse; a ramp that ends within a step is a jump, and so is a first waypoint
+away from the start; of two values within one step only one has an effect.""",
         remedy="Use a shorter `scene.dt`, or a slower schedule.",
         example=_SHAKEN % "30",
         fix=_SHAKEN % "10",

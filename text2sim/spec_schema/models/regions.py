@@ -43,7 +43,7 @@ class BodyRegion(Model):
     """The outermost points on this side."""
     edge: Side | Annotated[list[Side], Field(min_length=2, max_length=2)] | None = None
     """The line where two sides meet. For flat bodies one side is enough: `left` is the left edge of a sheet, or in
-    `place.at` that of a table top."""
+    `place.at` that of a table top. `top` and `bottom` are the rims of a `sleeve`."""
     corner: Annotated[list[Side], Field(min_length=2, max_length=3)] | None = None
     """The point where three sides meet, or two of a flat body."""
     box: Block | None = None

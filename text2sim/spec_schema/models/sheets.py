@@ -1,6 +1,6 @@
-"""Shapes of cloth: sheets, discs and ribbons, which have no thickness."""
+"""Shapes of cloth: sheets, discs, sleeves and ribbons, which have no thickness."""
 
-from math import dist, pi
+from math import dist, hypot, pi
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -8,6 +8,9 @@ from pydantic import Field, model_validator
 from text2sim.spec_schema.models.base import ByKind, Length, Model, NonNegative, Real, Size2, Vec3
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Sphere
+
+MIN_CLOSED = 4
+"""Points of a ribbon without ends: a triangle, and its first corner again."""
 
 
 class Sheet(Model):
@@ -56,7 +59,8 @@ class Disc(Model):
     radius: Length
     """Radius [m]."""
     hole: NonNegative = 0.0
-    """Radius [m] of a round hole in its middle."""
+    """Radius [m] of a round hole in its middle. Its rim is `sphere: {center: [0, 0, 0], radius: …}`, with half a `cell`
+    more than the hole."""
 
     @model_validator(mode="after")
     def _ring(self) -> "Disc":
@@ -70,10 +74,45 @@ class Disc(Model):
         return pi * (self.radius**2 - self.hole**2)
 
 
+class Sleeve(Model):
+    """A round tube of cloth around z, open at both ends: a sleeve, a sock, a trouser leg, a skirt, a lampshade.
+
+    For cloth only. Its frame is on its axis at half its height. `edge: bottom` and `edge: top` are its rims. Pushed
+    together along an arm that it lies within a `cell` of, it gathers into round folds, and into broad slanting ones if
+    it is looser; with a `bending_compliance` of 1e4 it crumples.
+    """
+
+    kind: Literal["sleeve"]
+    radius: Length
+    """Radius [m] of its lower end."""
+    height: Length
+    """Height [m]."""
+    top_radius: Length | None = None
+    """Radius [m] of its upper end; by default that of the lower one."""
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """Radii [m] of its lower and its upper end."""
+        return self.radius, self.radius if self.top_radius is None else self.top_radius
+
+    @property
+    def slant(self) -> float:
+        """Length [m] of the cloth from rim to rim."""
+        low, high = self.radii
+        return hypot(self.height, high - low)
+
+    @property
+    def area(self) -> float:
+        """Area [m2] of one side."""
+        return pi * sum(self.radii) * self.slant
+
+
 class Ribbon(Model):
     """A strip along a smooth curve: a bow, a loop, a loose knot. For cloth only.
 
     Its mesh is that of the curved strip: stretching is measured from it, and with `rest_shape: start` so is bending.
+    If its last point is its first, it is a band without ends, such as a belt, with the edges `front` and `back` where
+    it lies around y; for a tube use `sleeve`.
     """
 
     kind: Literal["ribbon"]
@@ -91,8 +130,19 @@ class Ribbon(Model):
         for k, (a, b) in enumerate(zip(self.points, self.points[1:], strict=False)):
             if dist(a, b) < 1e-3 * self.width:
                 raise ValueError(f"points {k} and {k + 1} coincide")
+        if self.closed and len(self.points) < MIN_CLOSED:
+            raise ValueError(f"a ribbon that ends where it begins needs {MIN_CLOSED} points (got {len(self.points)})")
+        if self.closed and self.turns != round(self.turns):
+            raise ValueError(f"a ribbon that ends where it begins needs whole turns (got {self.turns:g})")
         return self
 
+    @property
+    def closed(self) -> bool:
+        """Whether it ends where it begins."""
+        return dist(self.points[0], self.points[-1]) < 1e-3 * self.width
 
-ClothShape = Annotated[Sheet | Disc | Ribbon | Mesh | Box | Sphere | Cylinder | Capsule | Ellipsoid | Sculpt, ByKind()]
-"""A sheet, a disc, a ribbon, a mesh, or the hull of a solid: a bag, a balloon, a pillow."""
+
+ClothShape = Annotated[
+    Sheet | Disc | Sleeve | Ribbon | Mesh | Box | Sphere | Cylinder | Capsule | Ellipsoid | Sculpt, ByKind()
+]
+"""A sheet, a disc, a sleeve, a ribbon, a mesh, or the hull of a solid: a bag, a balloon, a pillow."""

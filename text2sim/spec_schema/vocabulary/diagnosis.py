@@ -303,6 +303,7 @@ OTHER_WORDS = {
     **dict.fromkeys(("rod", "disc", "disk"), "cylinder"),
     **dict.fromkeys(("ball",), "sphere"),
     **dict.fromkeys(("strip", "band", "tape", "bow"), "ribbon"),
+    **dict.fromkeys(("tube", "cone", "sock", "skirt"), "sleeve"),
     **dict.fromkeys(("jet", "source", "emitter", "inlet", "tap", "faucet", "nozzle", "hose", "spout"), "stream"),
     **dict.fromkeys(("revolute", "rotary"), "hinge"),
     **dict.fromkeys(("prismatic", "linear"), "slider"),
