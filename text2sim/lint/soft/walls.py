@@ -6,6 +6,7 @@ from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.soft.scales import thickness
+from text2sim.compiler.soft.solvers import unfelt_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftFacts, soft_facts
@@ -35,7 +36,7 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
         if copy.body in seen:
             continue
         wanted, why = _wanted_cells(facts, copy, body.model.kind)
-        thin, link = _thinnest(facts, copy)
+        thin, link, others = _thinnest(facts, copy)
         more = 2 * max(free_by(copy, soft) - soft.scales.reach, 0.0)
         cells = (thin + more) / soft.cell
         if cells >= wanted * (1 - 1e-6):
@@ -45,13 +46,16 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
         text = (
             f"`{name}` is {length(thin)} thick, {soft.in_cells(thin + more)}"
             f"{' with its soft_reach' if more else ''}, and {why}: `{body.name}` leaks through it; make it "
-            f"{length(wanted * soft.cell - more)} or thicker, or `scene.mpm.cell` {at_most((thin + more) / wanted)}, or"
+            f"{length(wanted * soft.cell - more)} or thicker, or `scene.mpm.cell` {at_most((thin + more) / wanted)}"
         )
         text += (
-            ", if it only holds the body by `attach`, `material: {touch_soft: false}`"
+            ", or, if it only holds the body by `attach`, `material: {touch_soft: false}`"
             if link is None
-            else " draw it as a part with `decor: true`, if it need not touch"
+            else ", or, if it need not touch, `material: {touch_soft: false}` or parts with `decor: true`"
         )
+        limit = wanted * soft.cell * (1 - 1e-6) - more
+        if also := [f"`{copy.name}.{link}` ({length(size)})" for link, size in others.items() if size < limit]:
+            text += f"; the same holds for {', '.join(also)}"
         severity = "error" if wanted == LOADED_WALL_CELLS and cells < LEAKING_WALL_CELLS else None
         where = (
             facts.first_given(copy.body, "shape") if link is None else facts.where(copy.body, "links", link, "shape")
@@ -59,12 +63,22 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
         yield facts.problem("thin-wall", where, text, key=True, severity=severity)
 
 
-def _thinnest(facts: Facts, copy: Copy) -> tuple[float, str | None]:
-    """Return the smallest thickness [m] of a copy, and the link that has it if there are several."""
+def _thinnest(facts: Facts, copy: Copy) -> tuple[float, str | None, dict[str, float]]:
+    """Return the smallest thickness [m] of a copy, the link that has it if there are several, and those of the others.
+
+    Links that deformable bodies do not feel do not count.
+    """
     if copy.shape is not None and copy.shape.kind != "plane":
-        return thickness(copy.shape, facts.folder), None
-    thinnest = min(facts.parts(copy), key=lambda part: part.thickness, default=None)
-    return (math.inf, None) if thinnest is None else (thinnest.thickness, thinnest.link)
+        return thickness(copy.shape, facts.folder), None, {}
+    unfelt = unfelt_links(copy.model)
+    sizes: dict[str | None, float] = {}
+    for part in facts.parts(copy):
+        if part.link not in unfelt:
+            sizes[part.link] = min(part.thickness, sizes.get(part.link, math.inf))
+    if not sizes:
+        return math.inf, None, {}
+    thinnest = min(sizes, key=lambda link: sizes[link])
+    return sizes[thinnest], thinnest, {name: size for name, size in sizes.items() if name and name != thinnest}
 
 
 def _wanted_cells(facts: Facts, copy: Copy, kind: str) -> tuple[float, str]:
