@@ -47,9 +47,9 @@ class Material(Model):
     or for a link that only guides others."""
     soft_reach: Length | None = None
     """Distance [m] outside its surface at which `mpm` bodies begin to feel it, for a whole body, not a link. By default
-    half a cell in a scene with a liquid, which keeps the liquid out of walls; otherwise 0.002, or an eighth of a cell if
-    that is less. About one cell keeps out material that is pressed or squeezed. Material on the surface rests at this
-    distance, and flows past more slowly."""
+    half a cell in a scene with a liquid, which keeps the liquid out of walls; otherwise 0.002, or an eighth of a cell
+    if that is less. About one cell keeps out material that is pressed or squeezed. Material on the surface rests at
+    this distance, and flows past more slowly."""
 
     @model_validator(mode="after")
     def _one_mass(self) -> "Material":
