@@ -71,7 +71,7 @@ def test_what_it_may_not_change_there_goes_back_without_the_evidence(
 def test_it_is_told_which_parameters_expectations_fix_and_what_to_patch_instead(tmp_path: Path) -> None:
     bad = "- {section: plan, why: x, operations: [{op: replace, path: /params/bound, value: 3}]}\n"
     _, model = judged(tmp_path, SEEN + bad, "patches: []")
-    assert "use them: `bound`. To change what else uses one of these" in model.questions("critic")[0]
+    assert "Fixed by the request's expectations: bound. Patch what else uses these" in model.questions("critic")[0]
     assert "patch the fields that use it, in their own sections, with numbers" in model.questions("critic")[1]
 
 

@@ -16,8 +16,8 @@ from text2sim.spec_schema.errors import Problem
 MAX_REPAIRS = 3
 """Number of repairs by owners before the Planner is asked."""
 REPAIR_INSTRUCTION = (
-    "Mend what the check found in your section, and change nothing else. If a finding of the lint, as [thin-wall], is "
-    "meant so, answer `patch: []` with `why: …`, and it is waived for that reason."
+    "Mend what the check found in your section, and change nothing else. What is meant so is waived by "
+    "`patch: []` with `why: …`."
 )
 WARNINGS_INSTRUCTION = (
     "These are warnings: the case can be run as it is. Fix what is really wrong, and change nothing else; answer "
