@@ -68,6 +68,27 @@ def test_what_it_may_not_change_there_goes_back_without_the_evidence(
     assert len(found.refused) == 1
 
 
+def test_it_is_told_which_parameters_expectations_fix_and_what_to_patch_instead(tmp_path: Path) -> None:
+    bad = "- {section: plan, why: x, operations: [{op: replace, path: /params/bound, value: 3}]}\n"
+    _, model = judged(tmp_path, SEEN + bad, "patches: []")
+    assert "Fixed by the request's expectations: bound. Patch what else uses these" in model.questions("critic")[0]
+    assert "patch the fields that use it, in their own sections, with numbers" in model.questions("critic")[1]
+
+
+def test_parameters_are_fixed_through_others_and_by_copies_of_an_expectation() -> None:
+    text = """
+text2sim: 2
+name: a
+params: {push: 0.2, way: "${0.9 * push}", free: 1}
+actions:
+  controls: {push: {kind: drive, joint: ring, position: "${free}"}}
+  expect:
+    up: {measure: high, repeat: 2, at: end, above: "${way + k}"}
+"""
+    assert revising.params_used(text, ["/actions/expect/up_0", "/actions/expect/up_1"]) == ["push", "way"]
+    assert revising.params_used(text, ["/actions/events/none"]) == []
+
+
 @pytest.mark.parametrize(
     "bad", ["- {section: film, why: x, operations: [{op: test}]}\n", "- {section: scene, why: x}\n"]
 )

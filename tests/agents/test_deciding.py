@@ -109,8 +109,9 @@ def test_what_must_not_move_may_be_measured(tmp_path: Path, keeps: list[str]) ->
     [(8.0, 0.0, True), (4.0, 0.0, False), (60.0, 0.0, False), (8.0, 2.0, False), (None, 0.0, False)],
 )
 def test_a_run_that_would_take_most_of_the_time_left_is_doubted_once(
-    tmp_path: Path, left: float | None, pace: float, asked: bool
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, left: float | None, pace: float, asked: bool
 ) -> None:
+    monkeypatch.setattr("text2sim.runtime.machine.crowding", lambda: 1.0)
     made = quiet_loop(tmp_path, minutes_left=lambda: left)
     made.workshop.agreement = agreed()[0]
     made.agreement.plan.keeps = ["low"]
@@ -124,6 +125,19 @@ def test_a_run_that_would_take_most_of_the_time_left_is_doubted_once(
         made._settle_doubts(Attempt(2, CASE, "x"), examined, [])
     assert len(told) == asked
     assert not asked or "estimated at 5 minutes (within a factor of three) of the 8 that are left" in told[0][0]
+
+
+def test_a_busy_machine_makes_a_run_dear(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("text2sim.runtime.machine.crowding", lambda: 3.0)
+    made = quiet_loop(tmp_path, minutes_left=lambda: 36.0)
+    attempt, examined = made.history.begin(CASE, "first version"), examine(CASE, made.path)
+    examined.seconds, examined.cost = 420.0, "10,682 mpm particles in cells of 6 mm"
+    (doubt,) = made._expensive_run(attempt, examined)
+    assert "estimated at 21 minutes" in doubt
+    assert "3.0 times as much to do" in doubt
+    assert examined.cost in doubt
+    monkeypatch.setattr("text2sim.runtime.machine.crowding", lambda: 1.0)
+    assert made.attempts.crowding(attempt) == 3.0, "a resumed loop asks the same again"
 
 
 # --- in the loop ---------------------------------------------------------------------------------------------------

@@ -98,6 +98,7 @@ def told(tmp_path: Path) -> Any:
         ({"seen": "peg"}, False, "0 %"),
         ({"seen": "rail"}, True, "0.3 %"),  # of statics, all copies in one picture
         ({"seen": "dot"}, False, "0.01 %"),
+        ({"seen": "tin.lid"}, None, "has no link `lid`"),
         ({"moved": "tin", "by": "ball"}, True, "first touches `tin[0]` at 0.5 s"),
         ({"moved": "tin[1]", "by": "ball"}, False, "which moved 2.7 m"),
         ({"moved": "tin", "by": "floor"}, False, "never touches"),

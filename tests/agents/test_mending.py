@@ -11,7 +11,7 @@ from text2sim.agents import revising
 from text2sim.agents.assembly import examine
 from text2sim.agents.attempt import Attempt
 from text2sim.agents.loop import AgentLoop
-from text2sim.agents.replies import Decision
+from text2sim.agents.replies import Decision, Fragments
 from text2sim.spec_schema.errors import Problem
 
 FILM = "patch: [{op: add, path: /render/fps, value: 12}]"
@@ -82,6 +82,36 @@ def test_before_a_run_the_work_of_one_writer_is_not_lost_with_that_of_another(
     assert not made._settle_doubts(attempt, examine(CASE, made.path), ["doubt"]).errors
     case = revising.data_of(attempt.text)
     assert (case["params"]["height"], case["render"]["fps"], "pose" in case["bodies"]["ball"]) == (1.5, 12, True)
+
+
+THIN = """
+text2sim: 2
+name: cut
+scene: {duration: 1.0, dt: 0.002, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  dough: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.1]}, pose: {pos: [0, 0, 0.06]}}
+  knife:
+    kind: rigid
+    shape: {kind: box, size: [0.1, 0.1, 0.01]}
+    pose: {pos: [0, 0, 0.2]}
+    mount: {kind: slider, axis: z, actuator: {stiffness: 100, damping: 10}}
+actions: {controls: {down: {kind: drive, joint: knife, position: -0.2}}}
+"""
+
+
+@pytest.mark.parametrize("why", ["a blade is meant to go through", "meant", ""])
+def test_an_owner_can_say_of_an_error_of_the_lint_that_it_is_meant(tmp_path: Path, why: str) -> None:
+    """The reason waives the rule, so that the version runs; without one it is refused, as an error."""
+    answer = f"patch: []\nwhy: {why}" if why else "patch: []"
+    made, model = team(tmp_path, {"bodies": [answer]})
+    made.workshop.agreement.names, made.workshop.agreement.contract = (), None
+    made.agreement.plan.checks = Fragments()
+    attempt = Attempt(1, THIN, "x")
+    _, problems = made.mending.check(attempt)
+    assert "thin-wall" in model.questions("bodies")[0]
+    assert "What is meant so is waived" in model.questions("bodies")[0]
+    assert (problems == []) == (len(why) > 10)
+    assert revising.data_of(attempt.text).get("waive") == ({"thin-wall": why} if len(why) > 10 else None)
 
 
 def test_patches_that_need_each_other_are_not_lost_with_a_third() -> None:

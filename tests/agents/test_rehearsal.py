@@ -184,6 +184,7 @@ PART_FACTS = [
     {"moved": "gate.post", "by": "bob"},
     {"moved": "pin[0]", "by": "flag.hem"},
     {"count": "pin.ring", "equals": 6},
+    {"seen": "pin.ring"},
 ]
 
 
@@ -202,6 +203,8 @@ def test_facts_about_bodies_copies_links_and_parts_pass() -> None:
         {"touched": "arm.hand", "by": "mug"},
         {"touched": "gate.post", "by": "bob"},
         {"moved": "pin[2]", "by": "bob"},
+        {"seen": "arm.hand"},
+        {"count": "arm.*_hand", "equals": 2},
         {"color": "gate.post", "like": "red"},
     ]
     assert faults(PLAN, facts={"wish": links}) == []

@@ -23,7 +23,6 @@ def ids(**query: Any) -> list[str]:
         ("the gripper closes but the brick slips out of its jaws when it is lifted", "grip-slips"),
         ("the rope hangs in the air instead of falling to the floor", "rope-hangs-in-the-air"),
         ("dominoes stop falling after the first one", "dominoes-too-far-apart"),
-        ("water leaks through the wall of the cup", "cup-leaks"),
         ("the chain explodes", "chain-without-damping-explodes"),
     ],
 )

@@ -144,6 +144,15 @@ def test_rigid_bodies_tell_their_friction_where_something_deforms() -> None:
     assert found["b"] == {"coup_friction": 0.2}
     assert found["c"] == {"needs_coup": False}
     assert found["d"] == {"coup_friction": 0.5}
+    link = "{parent: base, shape: {kind: sphere, radius: 0.1}, joint: {kind: hinge, axis: x}, material: {%s}}"
+    arm = (
+        f"  a: {{kind: soft, {BOX}, pose: {{pos: [0, 0, 1]}}}}\n"
+        "  arm:\n    kind: articulated\n    pose: {pos: [3, 0, 1]}\n    links:\n"
+        f"      base: {{shape: {{kind: sphere, radius: 0.1}}}}\n      free: {link % 'touch_soft: false'}\n"
+        f"      felt: {link % 'density: 500'}\n"
+    )
+    ((entity,),) = (group.entities for group in resolve(arm).plan.bodies if group.name == "arm")
+    assert entity.material_options == {"coup_friction": 0.5, "coup_links": ["base", "felt"]}
     fine = resolve(
         f"  a: {{kind: soft, {BOX}, cell: 0.008, pose: {{pos: [0, 0, 1]}}}}\n"
         "  b: {kind: rigid, shape: {kind: sphere, radius: 0.1}}"

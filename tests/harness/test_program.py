@@ -139,6 +139,7 @@ with (OUT / "progress.jsonl").open("a", buffering=1) as progress:
     done = run(make_run(body), Limits(timeout=20.0, grace=2.0))
     assert (done.outcome.state == "timeout") == hopeless
     assert ("all would take" in done.outcome.message and "the limit is 20 s" in done.outcome.message) == hopeless
+    assert ("s per simulated second" in done.outcome.message and "can be simulated" in done.outcome.message) == hopeless
     assert done.ended.wall < 10
 
 

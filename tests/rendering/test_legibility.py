@@ -1,5 +1,6 @@
 """How well things are seen: shares and hidden parts as geometry has them, and what is said of them."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from text2sim.legibility.film import Watcher, _middles
 from text2sim.legibility.layout import at_start
 from text2sim.legibility.recorded import coarsened
 from text2sim.legibility.sight import SPECK_PIXELS, Sight, Things, contrast, look
-from text2sim.legibility.summary import Moment, summarise
+from text2sim.legibility.summary import Moment, largest_shares, summarise
 from text2sim.recording.film_record import read_recording
 from text2sim.spec_schema.load import load_text
 
@@ -155,6 +156,22 @@ def test_remarks_say_what_is_not_seen(make_run: MakeRun) -> None:
     assert film["bodies"]["gone"] == {
         "share": {"min": 0, "median": 0, "max": 0}, "hidden": None, "edge": None, "contrast": None, "motion": None, "seen": 0,
     }  # fmt: skip
+
+
+def test_links_of_a_body_are_things_of_their_own_where_asked_for(make_run: MakeRun) -> None:
+    run = make_run(BOXES)
+    layout = json.loads((run / "states" / "layout.json").read_text())
+    for row in layout["links"]:
+        row["body"] = "heap"
+    (run / "states" / "layout.json").write_text(json.dumps(layout))
+    (run / "program" / "looks.json").write_text("{}")
+    shares = largest_shares(Watcher(read_recording(run), links=True))
+    assert set(shares) == {f"heap.{name}" for name in BOXES}
+    assert shares["heap.crate"] > 0.01
+    assert shares["heap.gone"] == 0
+    whole = largest_shares(Watcher(read_recording(run)))
+    assert list(whole) == ["heap"]
+    assert whole["heap"] > shares["heap.crate"]
 
 
 def test_an_empty_picture_and_an_end_before_the_end_are_said(make_run: MakeRun) -> None:

@@ -36,13 +36,15 @@ class Examination:
     """Owners' reasons for intended warnings, by rule and path."""
     seconds: float = 0.0
     """Estimated wall time of a run on two idle cores [s]; 0 if unknown."""
+    cost: str = ""
+    """What makes the run of deformable bodies dear; empty without any."""
 
     @property
     def derived(self) -> str:
         """One line with the settings that the case leaves open and the compiler derives."""
         rows = [note.partition(": ")[0] for note in self.notes]
         settings = [row for row in rows if " = " in row and not row.startswith(("max_pairs", "tolerance"))]
-        return f"derived: {'; '.join(settings)}" if settings else ""
+        return f"derived: {'; '.join([*settings, *filter(None, [self.cost])])}" if settings or self.cost else ""
 
 
 def examine(text: str, path: Path) -> Examination:
@@ -55,7 +57,7 @@ def examine(text: str, path: Path) -> Examination:
         examination.loaded = load_text(text, path)
         resolution = resolve_case(examination.loaded)
         report = lint_case(resolution)
-        problems, examination.seconds = list(report.problems), report.seconds
+        problems, examination.seconds, examination.cost = list(report.problems), report.seconds, report.cost
         examination.notes = list(resolution.plan.notes)
     except SpecError as error:
         problems = error.problems

@@ -90,6 +90,15 @@ class Attempts:
         self._asked[attempt.number] += 1
         return estimates[asked]
 
+    def crowding(self, attempt: Attempt) -> float:
+        """Return how much longer a run takes on this machine than if it were idle; recorded as the minutes left are."""
+        from text2sim.runtime.machine import crowding
+
+        file = self.folder_of(attempt.number) / "crowding.json"
+        if not file.is_file():
+            write_json(file, round(crowding(), 2))
+        return float(json.loads(file.read_text("utf-8")))
+
     def too_late(self, attempt: Attempt, now: float | None, reserve: float = 0.0) -> bool:
         """Whether the time left is less than half of the wall time of an attempt's run, or than a reserve.
 

@@ -14,7 +14,7 @@ from text2sim.agents.models.exchange import Image
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import CasePlan, Decision, Where
 from text2sim.agents.requirements import requirement_rows, weighted_score
-from text2sim.agents.revising import most_that_hold, revised, with_patches_together
+from text2sim.agents.revising import most_that_hold, params_used, revised, with_patches_together
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.revision.revise import RefusedPatch
@@ -23,6 +23,10 @@ from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.load import load_text
 
 CRITIC = ROLES["critic"]
+FIXED_PARAMETER = (
+    "what the request's expectations use is fixed: leave the parameter, and patch the fields that use it, in their own "
+    "sections, with numbers in its place"
+)
 
 
 @dataclass(frozen=True)
@@ -85,6 +89,7 @@ def criticise(
         event=plan.event,
         assumptions="; ".join(plan.assumptions),
         case=exhibit.case.strip(),
+        fixed=params_used(exhibit.case, contract.pointers) if exhibit.case else [],
         attempt=exhibit.attempt,
         before=exhibit.before,
         evidence=evidence,
@@ -125,7 +130,10 @@ def _patch_faults(patch: Patch, case: str, contract: Contract, path: Path) -> li
         return [format_problem(problem) for problem in _most_severe(refused.problems)]
     except SpecError as error:
         return [format_problem(problem) for problem in _most_severe(error.problems)]
-    return [message for _, message in contract.breaches(load_text(revision.text, path))]
+    messages = [message for _, message in contract.breaches(load_text(revision.text, path))]
+    if messages and patch.section == "plan":
+        messages.append(FIXED_PARAMETER)
+    return messages
 
 
 def _most_severe(problems: Sequence[Problem]) -> list[Problem]:

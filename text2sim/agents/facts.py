@@ -6,6 +6,7 @@ A requirement with a false fact is not met, whatever the Critic says. If a fact 
 import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -66,6 +67,21 @@ class JudgedRun:
     """Content of `evidence.json`."""
     seen: Mapping[str, float]
     """Largest part of a sampled picture that each body and static fills."""
+    folder: Path
+    """The run folder."""
+
+    @cached_property
+    def seen_links(self) -> dict[str, float]:
+        """Largest part of a picture of the main film that each link fills, by label (`arm[1].hand`).
+
+        Raises:
+            RunError: If nothing was recorded that can be filmed.
+        """
+        from text2sim.legibility.film import Watcher
+        from text2sim.legibility.summary import largest_shares
+        from text2sim.recording.film_record import read_recording
+
+        return largest_shares(Watcher(read_recording(self.folder), links=True))
 
 
 def facts_as_data(facts: Iterable[Fact]) -> list[dict[str, Any]]:
@@ -111,7 +127,7 @@ def compute_facts(claims: Claims, loaded: "LoadedCase", run: Path) -> list[Fact]
     try:
         recording, resolution = RecordedCase.load(run, loaded.case), resolve_case(loaded)
         evidence = json.loads((run / "evidence.json").read_text("utf-8"))
-        judged = JudgedRun(recording, resolution, evidence, _most_seen(read_json(run / "visibility.json")))
+        judged = JudgedRun(recording, resolution, evidence, _most_seen(read_json(run / "visibility.json")), run)
     except (Text2SimError, OSError, ValueError) as error:
         return [Fact(name, None, str(error).splitlines()[0]) for name in claims]
     return [Fact(name, *_compute(row, judged)) for name, rows in claims.items() for row in rows]
@@ -175,7 +191,11 @@ def _colors_of(copy: Any, part: str | None) -> list[tuple[float, ...]]:
 
 
 def _is_seen(claim: Claim, run: JudgedRun) -> FactAnswer:
-    """Whether the main film shows a body."""
+    """Whether the main film shows a body, or each of the links that a selector names."""
+    if "." in claim.seen:
+        links = [target.label for target in run.recording.names.select(claim.seen)]
+        least = min(links, key=lambda link: run.seen_links.get(link, 0.0))  # 0 where nothing of it is drawn
+        return _enough(least, run.seen_links.get(least, 0.0), f", the least of {len(links)} links" * (len(links) > 1))
     (body,) = claim.bodies
     films = (run.evidence.get("legibility") or {}).get("films") or {}
     main = next(iter(films.values())) if films else {"bodies": {}}
@@ -183,9 +203,13 @@ def _is_seen(claim: Claim, run: JudgedRun) -> FactAnswer:
     most = row["share"]["max"] if row is not None else run.seen.get(body) if still is None else still
     if most is None:
         return None, f"what the film shows of `{body}` was not measured"
-    told = f"`{body}` fills at most {100 * most:.2g} % of the film's picture"
-    if row is not None and "pictures" in main:
-        told += f" and is seen in {row['seen']} of {main['pictures']} pictures"
+    pictures = f" and is seen in {row['seen']} of {main['pictures']} pictures" if row and "pictures" in main else ""
+    return _enough(body, most, pictures)
+
+
+def _enough(name: str, most: float, pictures: str = "") -> FactAnswer:
+    """Whether the largest part of a picture that something fills is enough to be seen."""
+    told = f"`{name}` fills at most {100 * most:.2g} % of the film's picture{pictures}"
     if most >= MIN_VISIBLE_FRACTION:
         return True, told
     return False, f"{told}; it has to fill {100 * MIN_VISIBLE_FRACTION:.2g} % at some time"

@@ -11,7 +11,10 @@ from text2sim.agents.loop_result import LoopLimits
 
 FIRST_RUN_SHARES = (0.45, 0.6)
 """Largest part of the time left that a run may be expected to take while none has ended by itself, first and after one
-that was too slow: otherwise the only run would be the last, too. A third one may take all of it."""
+that was too slow: otherwise the only run would be the last, too."""
+LATER_RUN_SHARE = 4 / 3
+"""The same for any other run: the estimate is about a third off, and a run that plainly does not end in time shows
+nothing that a coarser one would not show."""
 RECENT_RUNS = 3
 """Number of the latest attempts whose longest run says what the next will take."""
 
@@ -47,9 +50,10 @@ class History:
     def patience(self) -> float:
         """Return the expected wall time [s] from which the next run is to be stopped once its speed is known."""
         left, slow = self.limits.minutes_left(), [one.state for one in self.made].count("timeout")
-        if left is None or slow >= len(FIRST_RUN_SHARES) or any(one.state == "finished" for one in self.made):
+        if left is None:
             return inf
-        return 60 * left * FIRST_RUN_SHARES[slow]
+        later = slow >= len(FIRST_RUN_SHARES) or any(one.state == "finished" for one in self.made)
+        return 60 * left * (LATER_RUN_SHARE if later else FIRST_RUN_SHARES[slow])
 
     def rows(self) -> str:
         """Return one line for each attempt."""

@@ -309,14 +309,17 @@ class AgentLoop:
         now = self.limits.minutes_left()
         if now is None or "expensive" in {rule for rule, _ in self._known_doubts} or self.history.timed:
             return []
-        left, needed = self.attempts.minutes_left(attempt, now), examined.seconds / 60
+        left, crowding = self.attempts.minutes_left(attempt, now), self.attempts.crowding(attempt)
+        needed = crowding * examined.seconds / 60
         if left is None or needed <= MAX_UNASKED_SHARE * left:
             return []
         self._known_doubts.add(("expensive", ""))
+        crowd = f", whose cores have {crowding:.1f} times as much to do as they can" if crowding > 1.2 else ""
         estimate = (
-            f"a run is estimated at {needed:.0f} minutes (within a factor of three) of the {left:.0f} that are left"
+            f"a run is estimated at {needed:.0f} minutes (within a factor of three) of the {left:.0f} that are left on "
+            f"this machine{crowd}{f' ({examined.cost})' if examined.cost else ''}"
         )
-        return [f"{estimate}, and several may be needed: shorten it, coarsen the cells, or take a cheaper solver"]
+        return [f"{estimate}; several may be needed: shorten it, coarsen the cells, or take a cheaper solver"]
 
     # --- outcome ----------------------------------------------------------------------------------------------
 

@@ -15,7 +15,10 @@ from text2sim.spec_schema.errors import Problem
 
 MAX_REPAIRS = 3
 """Number of repairs by owners before the Planner is asked."""
-REPAIR_INSTRUCTION = "Mend what the check found in your section, and change nothing else."
+REPAIR_INSTRUCTION = (
+    "Mend what the check found in your section, and change nothing else. What is meant so is waived by "
+    "`patch: []` with `why: …`."
+)
 WARNINGS_INSTRUCTION = (
     "These are warnings: the case can be run as it is. Fix what is really wrong, and change nothing else; answer "
     "`patch: []` with `why: …` if all of it is intended."
@@ -24,6 +27,8 @@ WARNINGS_INSTRUCTION = (
 LEFT_OUT_INSTRUCTION = (
     "Make this change again in a way that the check accepts, or answer `patch: []` with `why: …` to leave it."
 )
+MIN_REASON_LENGTH = 10
+"""Shortest reason that a case may give for a waiver [characters]."""
 MAX_QUOTED_CHANGES = 12
 """Largest number of changes of a Writer that are quoted to it."""
 
@@ -75,6 +80,7 @@ class Mending:
             before = attempt.text
             attempt.text, referrals = self.workshop.fix_sections(before, owners, REPAIR_INSTRUCTION)
             self.workshop.referred += [*referrals.pop("plan", []), *self.workshop.refusals()]
+            attempt.text = revising.with_waivers(attempt.text, self._meant_so(errors))
             if attempt.text == before and not referrals:  # the same question would get the same answer
                 return examined, [format_problem(problem) for problem in errors]
         raise AssertionError("the last round returns")
@@ -113,6 +119,13 @@ class Mending:
             if text != attempt.text:
                 examined = self.adopt(attempt, text) or examined
         return examined, doubts
+
+    def _meant_so(self, errors: Sequence[Problem]) -> dict[str, str]:
+        """Reasons, by rule, why owners left errors of the lint as they are; what is no rule cannot be waived."""
+        from text2sim.lint.rules import RULES
+
+        said = {p.rule: self.workshop.unchanged.get(owner_of(p, self.agreement.pointers), "") for p in errors}
+        return {rule.id: said[rule.id] for rule in RULES if len(said.get(rule.id, "")) >= MIN_REASON_LENGTH}
 
     def _has_to_stay(self, problem: Problem) -> bool:
         """Whether a measure never changes, and all that is expected of it is planned to hold from the start."""

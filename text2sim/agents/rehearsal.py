@@ -89,7 +89,7 @@ def _fact_faults(plan: CasePlan, path: Path) -> list[str]:
             about[name] = requirement
             if claim.by:
                 events[name] = {"kind": "contact", "between": [subject, claim.by]}
-            if claim.sort in ("moved", "count"):
+            if claim.sort in ("moved", "count", "seen"):
                 measures[name] = {"kind": "position", "of": subject, "axis": "z"}
     checks = Fragments(measures=measures, events=events)
     if not any("." in word for word in strings_in([measures, events])):

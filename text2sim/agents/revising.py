@@ -130,6 +130,30 @@ def most_that_hold(items: Iterable[K], attempt: Callable[[Sequence[K]], T | None
     return found
 
 
+def params_used(text: str, pointers: Iterable[str]) -> list[str]:
+    """Return the parameters on which entries of a case depend, also through other parameters.
+
+    Args:
+        text: Text of the case.
+        pointers: JSON Pointers to the entries.
+    """
+    data = data_of(text)
+    params, found = mapping(data, "params"), dict[str, None]()
+    entries: list[Any] = []
+    for place in pointers:
+        entry: Any = data
+        for step in split_pointer(place):
+            name = re.sub(r"_\d+$", "", step)  # copies made by `repeat` stand once in the text
+            entry = entry.get(step, entry.get(name)) if isinstance(entry, dict) else None
+        entries.append(entry)
+    while entries:
+        words = {word for row in _EXPRESSION.findall(json.dumps(entries.pop())) for word in _WORD.findall(row)}
+        fresh = words & set(params) - set(found)
+        found |= dict.fromkeys(fresh)
+        entries += [params[name] for name in fresh]
+    return [name for name in params if name in found]
+
+
 def with_renamed(text: str, renames: Mapping[str, str]) -> str:
     """Rename parameters, also in expressions."""
     moves: list[Operation] = [

@@ -18,6 +18,7 @@ from text2sim.compiler.plan import EntityPlan, Group, Plan, Surface
 from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.soft.setup import SoftRecord, SoftSettings
 from text2sim.spec_schema.errors import MachineError
+from text2sim.spec_schema.models.soft_bodies import FLOWING
 from text2sim.spec_schema.whole_files import naming
 
 FILM_MODULES = (
@@ -119,7 +120,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
     copied += ["cloth_damping.py"] if context["dampings"] else []
     copied += ["gas.py"] if context["gases"] else []
     copied += ["flows.py"] if context["streams"] else []
-    copied += ["liquid_walls.py"] if context["liquids"] else []
+    copied += ["solid_walls.py"] if context["flowing"] else []
     copied += ["bending.py"] if context["bending"] else []
     files |= {name: (TEMPLATES / name).read_bytes() for name in copied} | dict(plan.files)
     return files | {"looks.json": _looks(plan)}
@@ -204,7 +205,7 @@ def _context(plan: Plan) -> dict[str, Any]:
         "dampings": {name: facts.damping for name, facts in plan.deformables.items() if facts.damping},
         "gases": {name: facts.gas for name, facts in plan.deformables.items() if facts.gas},
         "streams": {name: facts.stream for name, facts in plan.deformables.items() if facts.stream},
-        "liquids": [name for name, facts in plan.deformables.items() if facts.kind == "liquid"],
+        "flowing": [name for name, facts in plan.deformables.items() if facts.kind in FLOWING],
         "kept_out_every": max(1, settings.substeps // 4),
         "bending": {name: facts.bending for name, facts in plan.deformables.items() if facts.bending},
         **action_context(plan),

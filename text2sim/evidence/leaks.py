@@ -54,8 +54,8 @@ def _walls(recording: RecordedCase) -> list[tuple[int, LinkSolid]]:
         model = recording.case.bodies.get(body_of(name))
         held = names.is_static(name) or isinstance(model, Driven)
         held = held or (isinstance(model, Rigid) and model.mount.kind != "free")
-        if held and target.soft is None and names.touches_soft(name):
-            found += recording.shapes.of_links(np.array(target.links))
+        if held and target.soft is None and (felt := names.felt_links(target)):
+            found += recording.shapes.of_links(np.array(felt))
     return found
 
 

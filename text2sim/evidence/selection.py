@@ -7,6 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from text2sim.compiler.soft.solvers import unfelt_links
 from text2sim.recording.states import Array, JointRecord, RunStates
 from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.models.bodies import Body
@@ -92,6 +93,13 @@ class RecordedNames:
     def touches_soft(self, copy: str) -> bool:
         """Whether a rigid copy is coupled to deformable bodies."""
         return getattr(getattr(self.model_of(copy), "material", None), "touch_soft", True)
+
+    def felt_links(self, target: RecordedTarget) -> tuple[int, ...]:
+        """Return those links of a rigid target that are coupled to deformable bodies."""
+        unfelt = unfelt_links(self.model_of(target.copy)) if self.touches_soft(target.copy) else None
+        if unfelt is None:
+            return ()
+        return tuple(link for link in target.links if self.states.links[link].name not in unfelt)
 
     def model_of(self, copy: str) -> Body | Static | None:
         """Return the model of a copy, with the values that the first copy has."""

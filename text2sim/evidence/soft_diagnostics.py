@@ -9,7 +9,7 @@ from text2sim.evidence import deformation, folds, tearing
 from text2sim.evidence.deformation import DeformationError
 from text2sim.evidence.gaps import Cloud, nearest_solid
 from text2sim.evidence.leaks import leaks
-from text2sim.evidence.recorded_case import RecordedCase, links_of
+from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models.soft_bodies import FLOWING
@@ -64,8 +64,8 @@ def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
 def penetration(recording: RecordedCase, body: RecordedDeformable) -> tuple[Array, list[str]]:
     """Return the largest depth [m] of a body's points in a rigid body, shape (F,), and its name in each frame."""
     names = recording.names
-    rigid = [t for t in names.copies.values() if t.soft is None and names.touches_soft(t.copy)]
-    solids = recording.shapes.of_links(links_of(rigid))
+    felt = [link for t in names.copies.values() if t.soft is None for link in names.felt_links(t)]
+    solids = recording.shapes.of_links(np.array(sorted(felt), dtype=np.int64))
     found = nearest_solid(Cloud.of(body), recording.states, solids, 0.0)
     return 0.0 - found.value, [names.label_of_link(solids[i][0]) if i >= 0 else "" for i in found.of]
 

@@ -1,6 +1,7 @@
 """Measures of deformable bodies. Each function states its formula."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -195,7 +196,8 @@ def depth(recording: RecordedCase, targets: Sequence[RecordedTarget], others: Se
         bodies = [t for t in (everything if one is None else one) if t.soft is not None]
         rigid = [t for t in (everything if two is None else two) if t.soft is None]
         if one is None or two is None:
-            rigid = [t for t in rigid if recording.names.touches_soft(t.copy)]
+            felt = [(t, recording.names.felt_links(t)) for t in rigid]
+            rigid = [replace(t, links=links) for t, links in felt if links]
         for target in bodies if rigid else ():
             body = recording.deformable(target)
             assert body is not None

@@ -92,8 +92,7 @@ _SIGNS: tuple[tuple[str, _Bad, str], ...] = (
     (
         "leaked",
         lambda value, row, spacing: value > MAX_LEAKED,
-        "has {percent:.2g} % of its mass in or behind walls and floors, most of it by `{where}` (its `soft_reach` of "
-        "half a cell holds better), reached",
+        "has {percent:.2g} % of its mass in or behind walls and floors, most of it by `{where}`, reached",
     ),
     (
         "against_bounds",

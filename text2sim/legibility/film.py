@@ -1,6 +1,7 @@
 """Legibility of bodies in the pictures of a film, measured on recorded states."""
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from itertools import compress
 from pathlib import Path
 from typing import Any
@@ -36,11 +37,16 @@ class Watcher:
     Args:
         recording: The recorded run.
         painted: Source of finished pictures, for contrast; pictures have flat colours if it is left out.
+        links: Whether each link is a thing of its own, with names such as `arm[1].hand`, instead of each body.
     """
 
-    def __init__(self, recording: FilmRecord, painted: Painted | None = None):
+    def __init__(self, recording: FilmRecord, painted: Painted | None = None, *, links: bool = False):
+        if links:
+            names = [row["link"] for row in recording.states.layout["links"]]
+            parts = [replace(part, body=f"{part.body}.{names[part.link]}") for part in recording.parts]
+            recording = replace(recording, parts=parts)
         self.recording, self._painted = recording, painted
-        self.recorded = Recorded(recording)
+        self.recorded = Recorded(recording, copies=links)
         self.cameras = Cameras(recording.film, recording.states)
         wide, tall = recording.film["resolution"]
         self.size = (PICTURE_WIDTH, max(2, round(PICTURE_WIDTH * tall / wide)))

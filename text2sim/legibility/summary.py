@@ -68,6 +68,16 @@ def summarise(watcher: Watcher, moments: Sequence[Moment] = ()) -> dict[str, Any
     }
 
 
+def largest_shares(watcher: Watcher) -> dict[str, float]:
+    """Return the largest part of the main film's picture that each thing fills; 0 for what is never seen."""
+    film, last = watcher.recording.film, watcher.recording.last
+    rows = watcher.rows(frames(film, reels(film)[MAIN], last))
+    return {
+        name: max((row["bodies"].get(name, {}).get("share") or 0.0 for row in rows), default=0.0)
+        for name in watcher.recorded.names
+    }
+
+
 def _film(watcher: Watcher, rows: list[Row]) -> dict[str, Any]:
     statics = {name: max(row["bodies"].get(name, {}).get("share") or 0.0 for row in rows) for name in _statics(watcher)}
     return {

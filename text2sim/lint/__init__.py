@@ -40,6 +40,8 @@ class LintReport:
     """Expectations that would hold if nothing moved."""
     seconds: float = 0.0
     """Estimated wall time [s] of a run on two idle cores; 0 if it is not known."""
+    cost: str = ""
+    """What makes the run of deformable bodies dear: points, substeps, and what coarser ones would save."""
 
     @property
     def ok(self) -> bool:
@@ -84,11 +86,11 @@ def lint_case(resolution: Resolution) -> LintReport:
     from text2sim.lint.facts import Facts
     from text2sim.lint.rules import EARLIER_RULES, RETIRED_RULES, RULES
     from text2sim.lint.script.at_rest import held_at_start
-    from text2sim.lint.soft.cost import expected_wall_time
+    from text2sim.lint.soft.cost import cost, expected_wall_time
 
     facts = Facts(resolution)
     rules = [rule for rule in RULES if facts.own_contact or not rule.own_contact]
     found = [problem for rule in rules for problem in rule.run(facts)]
     known = [*(rule.id for rule in RULES), *EARLIER_RULES, *RETIRED_RULES]
     report = sift(resolution.loaded, [*resolution.plan.warnings, *found], known)
-    return replace(report, held=held_at_start(facts), seconds=expected_wall_time(facts))
+    return replace(report, held=held_at_start(facts), seconds=expected_wall_time(facts), cost=cost(facts))

@@ -74,6 +74,17 @@ def device_kind() -> Literal["cpu", "cuda"]:
     return "cuda" if glob.glob("/dev/nvidia[0-9]*") or nvidia_names() else "cpu"
 
 
+def crowding() -> float:
+    """Return how many processes want each core, on average over the last five minutes; 1 at least.
+
+    By this factor a computation takes longer than on an idle machine.
+    """
+    try:
+        return max(1.0, os.getloadavg()[1] / (os.cpu_count() or 1))
+    except (AttributeError, OSError):  # Windows has none
+        return 1.0
+
+
 def ipc_obstacle() -> str:
     """Return why contact model ipc cannot run here, without importing what it needs; empty if it can."""
     if device_kind() != "cuda":

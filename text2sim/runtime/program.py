@@ -20,7 +20,7 @@ STOPPING_NOTE = "stopping, and keeping what was recorded; once more to kill it"
 _NO_FILM = re.compile(r"^no film: (.*)$", re.MULTILINE)
 BUILD_PATIENCE = 30.0
 """Wall time [s] of a build after which the user is told why."""
-SPEED_SETTLES_AFTER = 120.0
+SPEED_SETTLES_AFTER = 40.0
 """Wall time [s] of simulating after which its speed is known."""
 HOPELESS_FACTOR = 3.0
 """A simulation that would take this many times its limit is stopped; its speed does not vary that much."""
@@ -133,13 +133,15 @@ class ProgressRelay:
             or now - self._first_progress[0] < SPEED_SETTLES_AFTER
         ):
             return
-        expected_wall_time = now + (duration - time) * (now - self._first_progress[0]) / (
-            time - self._first_progress[1]
-        )
+        begun, since = self._first_progress
+        pace = (now - begun) / (time - since)
+        expected_wall_time = now + (duration - time) * pace
         if expected_wall_time > self._longest:
-            so_far = f"{time / duration:.1%} of it took {now:.0f} s"
+            so_far = f"{time / duration:.1%} of it took {now:.0f} s, {pace:.3g} s per simulated second"
+            fitting = max(0.0, time + (self._limit - now) / pace)
             self.hopeless_because = (
-                f"{so_far}: all would take {_duration_text(expected_wall_time)}, and the limit is {self._limit:.0f} s"
+                f"{so_far}: all would take {_duration_text(expected_wall_time)}, and the limit is {self._limit:.0f} s, "
+                f"in which {fitting:.2g} s can be simulated"
             )
 
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import genesis as gs
 from filling import weigh
+from solid_walls import keep_out
 
 HERE = Path(__file__).resolve().parent
 
@@ -50,3 +51,9 @@ def add_bodies(scene):
 
 def configure(bodies):
     """Apply the settings that need a built scene."""
+    keep_out(
+        [
+            bodies["sand"],
+        ],
+        every=2,
+    )

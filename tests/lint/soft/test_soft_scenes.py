@@ -198,11 +198,24 @@ actions: {controls: {down: {kind: drive, joint: pin.rod, position: -0.2}}}
 """
 
 
-@pytest.mark.parametrize("key", ["touch_soft: false", "soft_reach: 0.01"])
-def test_a_link_cannot_leave_soft_bodies_alone(tmp_path: Path, key: str) -> None:
-    (found,) = findings(tmp_path, "unheeded-stuff", PIN % (0.1, key))
-    assert f"{key.split(':')[0]} of a link is ignored" in found.message
-    assert found.path == f"/bodies/pin/links/rod/material/{key.split(':')[0]}"
+def test_a_link_has_no_reach_of_its_own(tmp_path: Path) -> None:
+    (found,) = findings(tmp_path, "unheeded-stuff", PIN % (0.1, "soft_reach: 0.01"))
+    assert "soft_reach of a link is ignored" in found.message
+    assert found.path == "/bodies/pin/links/rod/material/soft_reach"
+
+
+def test_a_link_may_leave_soft_bodies_alone(tmp_path: Path) -> None:
+    alone = PIN % (0.01, "touch_soft: false")
+    assert findings(tmp_path, "unheeded-stuff", alone) == []
+    assert findings(tmp_path, "thin-wall", alone) == []
+
+
+def test_thin_links_of_a_body_are_reported_together(tmp_path: Path) -> None:
+    more = "  tine: {parent: root, shape: {kind: box, size: [0.1, 0.1, 0.012]}, joint: {kind: hinge, axis: x}}\n"
+    pin = (PIN % (0.01, "density: 100")).replace("actions:", f"    {more}actions:")
+    (found,) = findings(tmp_path, "thin-wall", pin)
+    assert found.message.startswith("`pin.rod` is 10 mm thick")
+    assert found.message.endswith("`decor: true`; the same holds for `pin.tine` (12 mm)")
 
 
 def test_a_thin_link_is_named(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import genesis as gs
 from filling import weigh
+from solid_walls import keep_out
 
 HERE = Path(__file__).resolve().parent
 
@@ -95,3 +96,11 @@ def add_bodies(scene):
 
 def configure(bodies):
     """Apply the settings that need a built scene."""
+    keep_out(
+        [
+            bodies["sand"],
+            bodies["water"],
+            bodies["snow"],
+        ],
+        every=35,
+    )

@@ -51,7 +51,7 @@ def add_floor(scene):
         # case.yaml:7
         "floor": scene.add_entity(
             gs.morphs.Plane(plane_size=(40.0, 40.0), pos=(0.0, 0.0, 0.0)),
-            material=gs.materials.Rigid(friction=0.5, coup_friction=0.5, coup_softness=0.005),
+            material=gs.materials.Rigid(friction=0.5, coup_friction=0.5, coup_softness=0.0025),
             surface=gs.surfaces.Default(color=(0.5961, 0.6314, 0.6627, 1.0), roughness=0.9, metallic=0.0),
             name="floor",
         )
@@ -74,7 +74,7 @@ def add_bowl(scene):
                 pos=pos,
                 default_armature=None,  # the engine would add 0.1 to every hinge and slider
             ),
-            material=gs.materials.Rigid(coup_friction=0.5, coup_softness=0.005),
+            material=gs.materials.Rigid(coup_friction=0.5, coup_softness=0.0025),
             surface=gs.surfaces.Default(color=(0.5961, 0.6314, 0.6627, 1.0), roughness=0.9, metallic=0.0),
             name=f"bowl[{i}]",
         )

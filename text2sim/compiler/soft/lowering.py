@@ -18,7 +18,7 @@ from text2sim.compiler.soft.meshes import MeshFiles
 from text2sim.compiler.soft.scales import CONTACT_REACH, Scales
 from text2sim.compiler.soft.setup import SoftRecord
 from text2sim.compiler.soft.solver_domain import extents_of
-from text2sim.compiler.soft.solvers import FAMILIES, solver_of
+from text2sim.compiler.soft.solvers import FAMILIES, solver_of, unfelt_links
 from text2sim.compiler.soft.streams import stream_arguments
 from text2sim.compiler.trees.tree import Tree
 from text2sim.spec_schema.errors import AssetError
@@ -105,13 +105,17 @@ class SoftLowering:
             density, options = ipc.rigid(entity, material.friction, tree, entity.name.split("[")[0] in self.acted_on)
             return replace(entity, rho=density, material_options=entity.material_options | options)
         options: dict[str, Any] = {}
-        if not material.touch_soft:
+        unfelt = unfelt_links(model)
+        touching = [name for name in model.links if name not in unfelt] if unfelt else []
+        if not material.touch_soft or (unfelt and not touching):
             options["needs_coup"] = False
         elif self.model in ("particle", "sap"):
             options["coup_friction"] = material.friction
             reach = material.soft_reach or self.scales.reach or CONTACT_REACH
             if reach != CONTACT_REACH:
                 options["coup_softness"] = float(f"{reach:.3g}")
+            if unfelt and self.model == "particle":
+                options["coup_links"] = touching
         return replace(entity, material_options=entity.material_options | options)
 
     def _morph(self, model: Any, copy: Copy, solver: str, spacing: float) -> tuple[str, dict[str, Any], bool]:

@@ -17,6 +17,14 @@ def is_soft(body: Any) -> bool:
     return isinstance(body, Deformable)
 
 
+def unfelt_links(body: Any) -> frozenset[str]:
+    """Return the links of a body that deformable bodies do not feel, though they feel others."""
+    links = getattr(body, "links", None)
+    if not isinstance(links, dict):
+        return frozenset()
+    return frozenset(name for name, link in links.items() if link.material is not None and not link.material.touch_soft)
+
+
 def solver_of(body: Any, scene: Scene) -> str | None:
     """Return `mpm`, `pbd`, `fem` or `ipc`; None for a body of links, and for a static.
 

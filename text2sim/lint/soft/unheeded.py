@@ -103,7 +103,8 @@ def _ignored(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("unheeded-stuff", where, text, key=True)
     for name, body in facts.case.bodies.items():
         for link in (body.links or ()) if isinstance(body, Articulated) else ():
-            for key in ("touch_soft", "soft_reach"):
+            # Under other contact models, rules of their own say what becomes of `touch_soft`.
+            for key in ("soft_reach", *(("touch_soft",) if soft.model != "particle" else ())):
                 where = facts.where(name, "links", link, "material", key)
                 if facts.value_at(where) is not None:
                     text = f"{key} of a link is ignored: it holds for whole bodies; give it in `{name}`'s own material"
@@ -170,8 +171,8 @@ actions:
         reason="""\
 Cloth of solver pbd has compliances in stretch and bending, in units of that method; cloth of solver ipc is an elastic
 shell with a stiffness in Pa. Each ignores the values of the other, and there is no conversion. Where cells are large,
-no edge is bent enough for a small `crease_radius`. Only mpm bodies use the `soft_reach` of rigid surfaces, which, like
-`touch_soft`, a body has as a whole, not each link. Restitution is made from the damping of the engine's own rigid
+no edge is bent enough for a small `crease_radius`. Only mpm bodies use the `soft_reach` of rigid surfaces, which
+a body has as a whole, not each link. Restitution is made from the damping of the engine's own rigid
 contacts, which contact models sap and ipc do not use.""",
         remedy="Give the values that the solver uses, or leave the value out.",
         example=_RAG % "youngs_modulus: 1.0e+6",

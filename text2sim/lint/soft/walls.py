@@ -1,4 +1,4 @@
-"""Rigid walls that are too thin for mpm bodies, too short in reach, or too narrow an opening."""
+"""Rigid walls that are too thin for mpm bodies, or too narrow an opening."""
 
 import math
 from collections.abc import Iterator
@@ -6,16 +6,18 @@ from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.soft.scales import thickness
+from text2sim.compiler.soft.solvers import unfelt_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftFacts, soft_facts
 from text2sim.lint.words import at_most, length
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.soft_bodies import FLOWING
 
-LOADED_WALL_CELLS, LEAKING_WALL_CELLS, UNLOADED_WALL_CELLS = 3.0, 2.0, 1.0
-"""Thickness [cells] of a wall under pressure that avoids a warning and an error, and of a wall at rest. Measured at a
-load of 65 to 90 N on 31 cm2: of 1668 particles 440 passed a plate of 1.3 cells, 164 one of 1.9, 40 were some
-millimetres in one of 2.9, none passed one of 5. Walls at rest of 1 to 1.3 cells never leaked."""
+LOADED_WALL_CELLS, LEAKING_WALL_CELLS = 3.0, 2.0
+"""Thickness [cells] with which a wall that presses on a soft body avoids a warning and an error. Measured at a load of
+65 to 90 N on 31 cm2: of 1668 particles 440 passed a plate of 1.3 cells, 164 one of 1.9, 40 were some millimetres in one
+of 2.9, none passed one of 5."""
 HIT_WALL_CELLS = 1.25
 """The same of a wall at rest that soft bodies may hit. Measured with cubes of 0.15 m and 40 kPa at 4 m/s
 (tests/physics/test_soft_controls.py -k walls): one of 1.2 cells let the whole cube through, one of 1.3 held it."""
@@ -28,8 +30,9 @@ LEAKS, CLOSES = "leaks through it", "closes behind it instead of being cut"
 """What a body does about a wall or a cutter that is too thin."""
 ON_TOP = 2.0
 """Thickness [cells] of a free body on top of an mpm body."""
-HOLDING_CELLS = 0.5
-"""Reach [cells] with which walls hold a liquid: benchmarks/soft_leaks.py."""
+HOLDING_CELLS, PUSHING_CELLS = 0.25, 0.5
+"""Thickness [cells] of a wall at rest, and of one that moves, that hold what flows, whose particles are moved out of
+rigid bodies (templates/solid_walls.py): none passed them at 2.5 m/s."""
 MIN_NECK_CELLS = 2.5
 """Smallest radius [cells] of an opening: sand ran steadily through 2.6."""
 
@@ -42,7 +45,7 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
         if copy.body in seen:
             continue
         wanted, why, then = _wanted_cells(facts, copy, body.model)
-        thin, link = _thinnest(facts, copy)
+        thin, link, others = _thinnest(facts, copy)
         more = 2 * max(free_by(copy, soft) - soft.scales.reach, 0.0)
         cells = (thin + more) / soft.cell
         if cells >= wanted * (1 - 1e-6):
@@ -52,15 +55,18 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
         text = (
             f"`{name}` is {length(thin)} thick, {soft.in_cells(thin + more)}"
             f"{' with its soft_reach' if more else ''}, and {why}: `{body.name}` {then}; make it "
-            f"{length(wanted * soft.cell - more)} or thicker, or `scene.mpm.cell` {at_most((thin + more) / wanted)}, or"
+            f"{length(wanted * soft.cell - more)} or thicker, or `scene.mpm.cell` {at_most((thin + more) / wanted)}"
         )
         if then == CLOSES:
-            text += f" give it `soft_reach: {free_by(copy, soft) + (wanted - cells) / 2 * soft.cell:.2g}`, or"
+            text += f", or give it `soft_reach: {free_by(copy, soft) + (wanted - cells) / 2 * soft.cell:.2g}`"
         text += (
-            ", if it only holds the body by `attach`, `material: {touch_soft: false}`"
+            ", or, if it only holds the body by `attach`, `material: {touch_soft: false}`"
             if link is None
-            else " draw it as a part with `decor: true`, if it need not touch"
+            else ", or, if it need not touch, `material: {touch_soft: false}` or parts with `decor: true`"
         )
+        limit = wanted * soft.cell * (1 - 1e-6) - more
+        if also := [f"`{copy.name}.{link}` ({length(size)})" for link, size in others.items() if size < limit]:
+            text += f"; the same holds for {', '.join(also)}"
         severity = "error" if wanted == LOADED_WALL_CELLS and cells < LEAKING_WALL_CELLS else None
         where = (
             facts.first_given(copy.body, "shape") if link is None else facts.where(copy.body, "links", link, "shape")
@@ -68,12 +74,22 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
         yield facts.problem("thin-wall", where, text, key=True, severity=severity)
 
 
-def _thinnest(facts: Facts, copy: Copy) -> tuple[float, str | None]:
-    """Return the smallest thickness [m] of a copy, and the link that has it if there are several."""
+def _thinnest(facts: Facts, copy: Copy) -> tuple[float, str | None, dict[str, float]]:
+    """Return the smallest thickness [m] of a copy, the link that has it if there are several, and those of the others.
+
+    Links that deformable bodies do not feel do not count.
+    """
     if copy.shape is not None and copy.shape.kind != "plane":
-        return thickness(copy.shape, facts.folder), None
-    thinnest = min(facts.parts(copy), key=lambda part: part.thickness, default=None)
-    return (math.inf, None) if thinnest is None else (thinnest.thickness, thinnest.link)
+        return thickness(copy.shape, facts.folder), None, {}
+    unfelt = unfelt_links(copy.model)
+    sizes: dict[str | None, float] = {}
+    for part in facts.parts(copy):
+        if part.link not in unfelt:
+            sizes[part.link] = min(part.thickness, sizes.get(part.link, math.inf))
+    if not sizes:
+        return math.inf, None, {}
+    thinnest = min(sizes, key=lambda link: sizes[link])
+    return sizes[thinnest], thinnest, {name: size for name, size in sizes.items() if name and name != thinnest}
 
 
 def _wanted_cells(facts: Facts, copy: Copy, body: Any) -> tuple[float, str, str]:
@@ -84,11 +100,11 @@ def _wanted_cells(facts: Facts, copy: Copy, body: Any) -> tuple[float, str, str]
         if getattr(body.material, "tear_stretch", None) is not None:
             least, more = CUTTING_CELLS
             return least + more * (body.material.tear_stretch - 1), moved, CLOSES
-        return LOADED_WALL_CELLS, moved, LEAKS
+        return PUSHING_CELLS if body.kind in FLOWING else LOADED_WALL_CELLS, moved, LEAKS
     if not facts.moves(copy):
         if body.kind == "soft":
             return HIT_WALL_CELLS, "soft bodies that hit thinner walls pass through them", LEAKS
-        return UNLOADED_WALL_CELLS, "thinner walls let particles through", LEAKS
+        return HOLDING_CELLS, "thinner walls let particles through", LEAKS
     if mount == "tree":  # leaks through thin limbs and ropes are not visible
         return 0.0, "", LEAKS
     return ON_TOP, "it may lie on the body" if facts.free(copy) else "the body presses on it", LEAKS
@@ -108,23 +124,6 @@ def _narrow(facts: Facts) -> Iterator[Problem]:
             f"`scene.mpm.cell` {at_most(radius / MIN_NECK_CELLS)}"
         )
         yield facts.problem("narrow-opening", facts.first_given(copy.body, "shape"), text, key=True)
-
-
-@first_per_place
-def _leaks(facts: Facts) -> Iterator[Problem]:
-    """Report walls whose reach is too short for a liquid."""
-    soft = soft_facts(facts)
-    for body, copy in soft.pairs("mpm"):
-        cells = free_by(copy, soft) / soft.cell
-        if body.model.kind != "liquid" or facts.moves(copy) or cells >= HOLDING_CELLS * (1 - 1e-6):
-            continue
-        share = 7 if cells < 0.25 else 2
-        text = (
-            f"`{body.name}` leaks through `{copy.name}`, whose reach is {length(free_by(copy, soft))}, {cells:.2g} "
-            f"cells of the mpm grid: about {share} % of a dam of 12 cells leaked within a second; leave `soft_reach` "
-            f"out, or use {length(HOLDING_CELLS * soft.cell)}, with which nothing leaked"
-        )
-        yield facts.problem("leaks", facts.first_given(copy.body, "material"), text, key=True)
 
 
 def free_by(copy: Copy, soft: SoftFacts) -> float:
@@ -154,9 +153,10 @@ RULES = (
         reason=f"""\
 The mpm grid detects rigid bodies only at its nodes. Measured with a piston on soft cubes, of 1668 particles: 440 passed
 a plate of 1.3 cells, 164 one of 1.9; 40 were some millimetres in one of 2.9, and none passed one of 5. A body that a
-motor or a prescribed motion presses on mpm bodies should be {LOADED_WALL_CELLS:g} cells thick, and is an error below
-{LEAKING_WALL_CELLS:g}; a body on top of them {ON_TOP:g}; a wall at rest {UNLOADED_WALL_CELLS:g}, or
-{HIT_WALL_CELLS:g} where soft bodies may hit it: at 4 m/s a cube passed through 1.2 cells. What is driven
+motor or a prescribed motion presses on soft bodies should be {LOADED_WALL_CELLS:g} cells thick, and is an error below
+{LEAKING_WALL_CELLS:g}; a body on top of them {ON_TOP:g}; a wall that soft bodies may hit {HIT_WALL_CELLS:g}: at 4 m/s a
+cube passed through 1.2 cells. Particles of liquids, grains and snow are moved out of rigid bodies: for them a wall at
+rest needs {HOLDING_CELLS:g} cells, and one that pushes {PUSHING_CELLS:g}. What is driven
 through a body with a `tear_stretch` cuts it with `1.5 + 5 (tear_stretch - 1)` cells; the body closes behind less.""",
         remedy="""\
 Make it thicker (or use a `compound` with a thin visible part and a thick one for contact), or make the grid finer with
@@ -172,28 +172,6 @@ bodies:
 """,
         fix="bodies: {press: {shape: {height: 0.08}, pose: {pos: [0, 0, 0.27]}}}",
         run=_thin_wall,
-    ),
-    Rule(
-        id="leaks",
-        severity="warning",
-        title="A liquid leaks through walls whose reach is too short.",
-        reason="""\
-The grid detects a wall where one of its nodes is within reach. In a dam break of 12 cells (benchmarks/soft_leaks.py)
-7 % of the water was in or behind walls of five cells after a second with a `soft_reach` of a tenth of a cell, 2 % with
-a quarter, and none with half a cell, which is the default.""",
-        remedy="Leave `soft_reach` out, or make it at least half a cell; a larger value slows a liquid down.",
-        example="""\
-scene:
-  statics:
-    tank:
-      shape: {kind: cup, radius: 0.3, height: 0.4, thickness: 0.1}
-      material: {soft_reach: 0.002}
-      pose: {pos: [0, 0, 0.2]}
-bodies:
-  water: {kind: liquid, cell: 0.02, shape: {kind: cylinder, radius: 0.15, height: 0.2}, pose: {pos: [0, 0, 0.25]}}
-""",
-        fix="scene: {statics: {tank: {material: null}}}",
-        run=_leaks,
     ),
     Rule(
         id="narrow-opening",

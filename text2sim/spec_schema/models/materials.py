@@ -43,12 +43,13 @@ class Material(Model):
     """Coefficient of restitution (speed after over speed before) between two bodies of this material, or between one
     and a static that has none. It requires a short time step. Between unequal bodies the damping ratio is the mean."""
     touch_soft: Bool = True
-    """Whether soft bodies, cloth, grains and liquids collide with it; false for a hook or rod that only holds them."""
+    """Whether soft bodies, cloth, grains and liquids collide with it; false for a hook or rod that only holds them,
+    or for a link that only guides others."""
     soft_reach: Length | None = None
-    """Distance [m] outside its surface at which `mpm` bodies begin to feel it. By default half a cell in a scene with a
-    liquid, which keeps the liquid out of walls; otherwise 0.002, or an eighth of a cell if that is less. About one cell
-    keeps out material that is pressed or squeezed. Material on the surface rests at this distance, and flows past more
-    slowly."""
+    """Distance [m] outside its surface at which `mpm` bodies begin to feel it, for a whole body, not a link. By default
+    a quarter of a cell in a scene with a liquid; otherwise 0.002, or an eighth of a cell if that is less. About one
+    cell keeps out material that is pressed or squeezed. Material on the surface rests at this distance, and flows past
+    more slowly."""
 
     @model_validator(mode="after")
     def _one_mass(self) -> "Material":

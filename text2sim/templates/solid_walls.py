@@ -1,7 +1,7 @@
-"""Keeps liquids out of rigid bodies.
+"""Keeps liquids, grains and snow out of rigid bodies.
 
-Genesis 1.4.5 lets liquids of solver mpm creep into walls and floats: its grid stops nodes, not particles. Walls then
-leak, and what floats sinks.
+Genesis 1.4.5 lets them creep into walls and floats: its grid stops nodes, not particles. Walls then leak, and what
+floats sinks.
 """
 
 import quadrants as qd
@@ -11,15 +11,16 @@ from genesis.utils.array_class import GeomsInfo, GeomsState, LinksInfo, LinksSta
 from genesis.utils.sdf import sdf_func_normal_world, sdf_func_world
 
 
-def keep_out(liquids, every):
-    """Move particles of liquids out of rigid bodies at every so many substeps, once the scene is built.
+def keep_out(entities, every):
+    """Move particles out of rigid bodies at every so many substeps of the built scene.
 
     Args:
-        liquids: Entities of solver mpm.
+        entities: Liquids, grains and snow.
         every: Substeps from one time to the next.
     """
-    solver, rigid = liquids[0].solver, liquids[0].sim.rigid_solver
-    substep, ranges = solver.substep_post_coupling, [(one.particle_start, one.particle_end) for one in liquids]
+    solver, rigid = entities[0].solver, entities[0].sim.rigid_solver
+    state, facts, collider = rigid.dyn_state, rigid.dyn_info, rigid.collider
+    substep, ranges = solver.substep_post_coupling, [(one.particle_start, one.particle_end) for one in entities]
 
     def kept(f):
         substep(f)
@@ -27,9 +28,8 @@ def keep_out(liquids, every):
             for first, last in ranges:
                 _move_out(
                     solver.particles, solver.particles_ng, solver.particles_info, f + 1, first, last, solver.dx / 4,
-                    solver.substep_dt, every, solver._particle_volume_scale, rigid.dyn_state.geoms, rigid.dyn_info.geoms,
-                    rigid.dyn_state.links, rigid.dyn_info.links, rigid.collider.sdf.sdf_info, rigid.rigid_info,
-                    rigid.collider.collider_config,
+                    solver.substep_dt, every, solver._particle_volume_scale, state.geoms, facts.geoms, state.links,
+                    facts.links, collider.sdf.sdf_info, rigid.rigid_info, collider.collider_config,
                 )  # fmt: skip
 
     solver.substep_post_coupling = kept
