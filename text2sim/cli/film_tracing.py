@@ -8,7 +8,7 @@ from time import monotonic
 from typing import TYPE_CHECKING
 
 from text2sim.cli.live import LINE_INTERVAL
-from text2sim.service.phrases import duration_text
+from text2sim.runtime.progress import duration_text
 from text2sim.spec_schema.plain import plain_line
 
 if TYPE_CHECKING:

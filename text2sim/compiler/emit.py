@@ -126,9 +126,11 @@ def _looks(plan: Plan) -> bytes:
     A copy of several colours has a list; a recorded part is found in it by its colour.
     """
     looks = {
-        entity.name: _look(entity, entity.surface) if entity.surface else [_look(entity, worn) for worn in entity.worn]
+        entity.name: _look(entity, entity.surface)
+        if entity.surface
+        else [_look(entity, surface) for surface in entity.part_surfaces]
         for entity in plan.entities
-        if entity.surface or entity.worn
+        if entity.surface or entity.part_surfaces
     }
     rows = [f"  {json.dumps(name)}: {json.dumps(look)}" for name, look in looks.items()]
     return ("{\n" + ",\n".join(rows) + "\n}\n").encode()
@@ -141,7 +143,7 @@ def _look(entity: EntityPlan, surface: Surface) -> dict[str, Any]:
         "finish": surface.finish,
         "visible": bool(entity.options.get("visualization", True)),
         "picture": surface.picture,
-        **surface.dress,
+        **surface.decoration,
     }
     if surface.regions is None:
         return look

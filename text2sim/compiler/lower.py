@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.mechanism import Mechanism, Mechanisms, load_mechanism
 from text2sim.compiler.files import Files
-from text2sim.compiler.looks import Rgba, colors_of, dress_of, one_color, rgba_of, worn_by
+from text2sim.compiler.looks import Rgba, colors_of, decoration_of, looks_by_color, one_color, rgba_of
 from text2sim.compiler.memory import ObjectKey
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
@@ -225,7 +225,7 @@ class Lowering:
     ) -> EntityPlan:
         self.pieces += 1
         rho = generators.density_of(material, volume) if volume else None
-        surface = Surface(rgba_of(look, copy), look.finish, dress=dress_of(look))
+        surface = Surface(rgba_of(look, copy), look.finish, decoration=decoration_of(look))
         if not look.visible:
             options["visualization"] = False
         return EntityPlan(
@@ -248,12 +248,16 @@ class Lowering:
         self._take_in(copy, made.tree, made.balls, made.pieces)
         self.notes |= {f"{copy.body}: {note}": None for note in made.notes}
         own = copy.model.look
-        surface = None if made.color is None or color is None else Surface(color, own.finish, dress=dress_of(own))
+        surface = (
+            None if made.color is None or color is None else Surface(color, own.finish, decoration=decoration_of(own))
+        )
         seen = {part.rgba for link in made.tree.links() for part in (*link.geoms, *link.visuals)}
-        looks = {} if surface else worn_by(copy)
-        worn = tuple(Surface(rgba, one.finish, dress=dress_of(one)) for rgba, one in looks.items() if rgba in seen)
+        looks = {} if surface else looks_by_color(copy)
+        part_surfaces = tuple(
+            Surface(rgba, one.finish, decoration=decoration_of(one)) for rgba, one in looks.items() if rgba in seen
+        )
         return EntityPlan(
-            copy.name, "MJCF", dict(made.options), copy.pos, copy.quat, surface=surface, worn=worn,
+            copy.name, "MJCF", dict(made.options), copy.pos, copy.quat, surface=surface, part_surfaces=part_surfaces,
             material_options=dict(made.grid),
         )  # fmt: skip
 
@@ -288,7 +292,9 @@ class Lowering:
         if not model.look.visible:
             options["visualization"] = False
         look = model.look
-        surface = None if look.color is None else Surface(rgba_of(look, copy), look.finish, dress=dress_of(look))
+        surface = (
+            None if look.color is None else Surface(rgba_of(look, copy), look.finish, decoration=decoration_of(look))
+        )
         # An MJCF file sets the friction of every geom, if only by MuJoCo's defaults; a URDF cannot.
         friction = model.material.friction if urdf or "friction" in model.material.model_fields_set else None
         rho = generators.density_of(model.material, 1.0) if urdf and mechanism.inertialess else None

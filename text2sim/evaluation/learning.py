@@ -34,7 +34,7 @@ from text2sim.evaluation.ledger import (
     CardDebt,
     CardRecord,
     CardTrial,
-    count_dealt_cards,
+    count_offered_cards,
     digest_of,
     read_ledger,
     record_card,
@@ -210,8 +210,8 @@ class Learning:
             raise Wrong([f"/card/id: there is a card `{card.id}` already"])
         for entry in everything.values():
             if entry.id != edits and likeness(card, entry.card) >= DUPLICATE_LIKENESS:
-                way = f"edit it (`edits: {entry.id}`)" if entry.id in library.entries else "it comes with text2sim"
-                raise Wrong([f"/card: it says the same as `{entry.id}`: {way}"])
+                remedy = f"edit it (`edits: {entry.id}`)" if entry.id in library.entries else "it comes with text2sim"
+                raise Wrong([f"/card: it says the same as `{entry.id}`: {remedy}"])
 
     def _check_by_running(self, draft: CardDraft, folder: Path) -> None:
         """Run both cases of a card, and reject it if they do not show what it says."""
@@ -243,7 +243,7 @@ class Learning:
                 prompt=prompt_id,
                 before=scores_before[prompt_id],
                 after=scores_after[prompt_id],
-                dealt=count_dealt_cards([after.made.made[prompt_id].folder])[1][id] > 0,
+                dealt=count_offered_cards([after.made.made[prompt_id].folder])[1][id] > 0,
             )
             for prompt_id in prompts
             if prompt_id in scores_before and prompt_id in scores_after

@@ -275,7 +275,7 @@ def _extent(recording: RecordedCase, measure: measures.Extent) -> Array:
 
 
 def _reach_of_links(
-    recording: RecordedCase, targets: Sequence[RecordedTarget], axis: str, frame: int | None = None
+    recording: RecordedCase, targets: Sequence[RecordedTarget], axis: str, frame: int | None
 ) -> tuple[Array, Array]:
     """Return the lowest and highest coordinate (F,) of the links of targets while they are in the scene."""
     leaving = [target for target in targets if target.copy in recording.states.removed]

@@ -202,9 +202,9 @@ def _turned(camera: dict[str, Any], view: View, middle: Array, wider: float, siz
     if np.abs(middle).max() < 1e-3:
         return made
     right, up, ahead = (np.array(axis) for axis in basis(view.pos, view.look_at, view.up))
-    way = ahead + middle[0] * tall * size[0] / size[1] * right + middle[1] * tall * up
+    direction = ahead + middle[0] * tall * size[0] / size[1] * right + middle[1] * tall * up
     away = float(np.linalg.norm(view.look_at - view.pos))
-    target = view.pos + away * way / np.linalg.norm(way)
+    target = view.pos + away * direction / np.linalg.norm(direction)
     return made | {"look_at": tuple(round(float(c), 4) for c in target)}
 
 

@@ -15,7 +15,7 @@ from text2sim.compiler.looks import MIN_HIDING_OPACITY
 from text2sim.rendering.renderer import mitsuba
 
 if TYPE_CHECKING:
-    from text2sim.rendering.dressing import Layer
+    from text2sim.rendering.decorating import Layer
 
 Array = NDArray[np.floating]
 

@@ -78,17 +78,19 @@ def box_irradiance(size: float, distance: float) -> float:
 
 
 def _sun(light: dict[str, Any], irradiance: Array, center: Array, radius: float) -> Any:
-    way = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
+    direction = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
     half = max(light["angle"], 0.002) / 2
     away = FAR * radius
-    return _facing({"type": "disk"}, center - away * way, center, away * tan(half), irradiance / (pi * sin(half) ** 2))
+    return _facing(
+        {"type": "disk"}, center - away * direction, center, away * tan(half), irradiance / (pi * sin(half) ** 2)
+    )
 
 
 def _softbox(light: dict[str, Any], color: Array) -> Any:
-    way = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
+    direction = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
     at = np.asarray(light["at"], float)
     radiance = color * light["strength"] / box_irradiance(light["size"], light["distance"])
-    return _facing({"type": "rectangle"}, at - light["distance"] * way, at, light["size"] / 2, radiance)
+    return _facing({"type": "rectangle"}, at - light["distance"] * direction, at, light["size"] / 2, radiance)
 
 
 def _facing(shape: dict[str, Any], pos: Array, target: Array, scale: float, radiance: Array) -> Any:
@@ -119,8 +121,8 @@ def _lamp(light: dict[str, Any], color: Array) -> Any:
 
 
 def _upright(light: dict[str, Any]) -> list[float]:
-    way = np.subtract(light["look_at"], light["pos"])
-    return [0.0, 1.0, 0.0] if np.hypot(way[0], way[1]) < 1e-3 * abs(way[2]) else [0.0, 0.0, 1.0]
+    direction = np.subtract(light["look_at"], light["pos"])
+    return [0.0, 1.0, 0.0] if np.hypot(direction[0], direction[1]) < 1e-3 * abs(direction[2]) else [0.0, 0.0, 1.0]
 
 
 def _area(radiance: Array) -> dict[str, Any]:
@@ -141,9 +143,9 @@ def gradient(above: Array, horizon: Array) -> Array:
 def _sky(light: dict[str, Any]) -> Array:
     """Return the radiance of a clear sky without the sun, scaled to an irradiance of 1 on the ground."""
     mi = mitsuba()
-    way = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
+    direction = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
     sky = mi.load_dict({
-        "type": "sunsky", "sun_scale": 0.0, "sun_direction": [float(-x) for x in way],
+        "type": "sunsky", "sun_scale": 0.0, "sun_direction": [float(-x) for x in direction],
         "turbidity": float(light["turbidity"]), "to_world": mi.ScalarTransform4f(),
     })  # fmt: skip
     polar = (np.arange(ROWS) + 0.5) * pi / ROWS

@@ -107,12 +107,12 @@ class FilmStage:
             part for part in recording.parts if part.body in recording.statics and _is_plane(part, recording, level)
         ]
         planes = set(self.backdrop["planes"])
-        dressed = [part for part in flat if part.body not in planes and part.look.visible and not _patterned(part.look)]
-        if dressed:
-            look = dressed[0].look
+        plain = [part for part in flat if part.body not in planes and part.look.visible and not _patterned(part.look)]
+        if plain:
+            look = plain[0].look
             if needs_uvs(look.finish):  # wood grain does not suit a wall or endless ground
                 look = replace(look, finish=BACKDROP_FINISH)
-        return look, planes | {part.body for part in dressed}
+        return look, planes | {part.body for part in plain}
 
     def _level(self) -> float | None:
         """Return the height of the floor [m]; without one, the lowest point of everything visible."""
@@ -238,7 +238,7 @@ def _painted(name: str, mesh: RenderMesh, colors: Any, uvs: Any = None) -> Calla
 
 
 def _patterned(look: SurfaceLook) -> bool:
-    return look.picture is not None or look.dress is not None
+    return look.picture is not None or look.decoration is not None
 
 
 def _is_plane(part: WornMesh, recording: FilmRecord, level: float) -> bool:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from text2sim.assets.surface import triangle_areas
 from text2sim.compiler.shapes.rotation import quats_to_matrices
 from text2sim.recording.film_record import FilmRecord
 from text2sim.rendering.meshes import RenderMesh, joined, read_mesh, revolved
@@ -141,11 +142,11 @@ def _is_steady(group: list[StaticBody], level: float) -> bool:
     standing = standing[standing[:, 2] < level + NEAR * size][:, :2]
     if not len(standing):
         return False
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    area = triangle_areas(corners)
     middle = (corners.mean(axis=1)[:, :2] * area[:, None]).sum(axis=0) / area.sum()
     turns = np.linspace(0, np.pi, 16, endpoint=False)
-    ways = np.stack([np.cos(turns), np.sin(turns)])
-    on, at = standing @ ways, middle @ ways
+    directions = np.stack([np.cos(turns), np.sin(turns)])
+    on, at = standing @ directions, middle @ directions
     return bool(((at >= on.min(axis=0) - STEADY * size) & (at <= on.max(axis=0) + STEADY * size)).all())
 
 

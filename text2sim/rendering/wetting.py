@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from text2sim.assets.surface import scaled_normals
+
 Array = NDArray[np.floating]
 
 
@@ -70,7 +72,7 @@ def wetted(points: Array, spacing: float, walls: Sequence[Wall]) -> Wetting:
     split = [_split(wall.vertices[wall.faces], spacing, low, high) for wall in walls]
     corners = np.concatenate([np.zeros((0, 3, 3)), *split])
     clear = np.repeat([wall.clear for wall in walls], [len(part) for part in split]).astype(bool)
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    cross = scaled_normals(corners)
     size = np.linalg.norm(cross, axis=1)
     corners, clear, normals = corners[size > 0], clear[size > 0], cross[size > 0] / size[size > 0, None]
     places = corners.mean(axis=1) + BEFORE * spacing * normals

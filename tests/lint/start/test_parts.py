@@ -58,7 +58,7 @@ def test_the_way_out_of_a_hollow_leads_past_every_piece() -> None:
     ring, ball = standing(ring_pieces(0.5, 0.1, 32), 0.0), standing([Piece("sphere", size=(0.05,))], 0.5)
     pairs = [(a, b) for a in ring for b in ball if overlapping(a, b)]
     overlap = overlap_of(ring, ball, pairs, Effort(10_000))
-    best = axes_first(overlap.ways)[0]
+    best = axes_first(overlap.escapes)[0]
     assert best.length == pytest.approx(0.15, abs=0.002)
     assert best.words in AXES.values()
 
@@ -68,13 +68,13 @@ def test_a_way_out_ends_free() -> None:
     rod = standing([Piece("box", size=(1.2, 0.05, 0.05))], 0.1)
     pairs = [(a, b) for a in rod for b in tube if overlapping(a, b)]
     overlap = overlap_of(rod, tube, pairs, Effort(10_000))
-    for way in overlap.ways:
-        shift = tuple((way.length + 1e-5) * c for c in way.direction)
+    for escape in overlap.escapes:
+        shift = tuple((escape.length + 1e-5) * c for c in escape.direction)
         moved = [
             StandingPart(a.piece, tuple(p + s for p, s in zip(a.pos, shift, strict=True)), a.quat, True, None)
             for a in rod
         ]
-        assert not any(overlapping(a, b) for a in moved for b in tube), way
+        assert not any(overlapping(a, b) for a in moved for b in tube), escape
 
 
 def test_thickness_of_hulls() -> None:

@@ -136,8 +136,8 @@ def _check_fit(place: Place, subject: PlacedGroup, target: PlacedGroup, shift: V
             raise PlaceError(message, "clearance")
     for k in range(TESTED_DIRECTIONS):
         angle = 2 * math.pi * k / TESTED_DIRECTIONS
-        way = quat_rotate(frame, (math.cos(angle), math.sin(angle), 0.0))
-        if sweep(solids, within, way, start=shift) is None:
+        direction = quat_rotate(frame, (math.cos(angle), math.sin(angle), 0.0))
+        if sweep(solids, within, direction, start=shift) is None:
             raise PlaceError(
                 f"it does not surround `{name}`: it comes off sideways. A hollow shape (a torus, a tube, a "
                 "compound with a hole) goes around by itself, copies with `repeat: {kind: ring}`",
@@ -189,5 +189,5 @@ def _outwards(place: Place, solids: list[Solid], spot: CopySpot, target: PlacedG
     out = (x / norm, y / norm, 0.0) if norm > 1e-9 else X_AXIS
     far = math.dist(*target.bounds()) + math.dist(*target.sizes.of(spot)) + place.clearance
     start = (shift[0] + far * out[0], shift[1] + far * out[1], shift[2])
-    way = sweep(solids, target.solids(), (-out[0], -out[1], 0.0), gap=place.clearance, start=start)
-    return 0.0 if way is None else far - way
+    distance = sweep(solids, target.solids(), (-out[0], -out[1], 0.0), gap=place.clearance, start=start)
+    return 0.0 if distance is None else far - distance

@@ -161,11 +161,11 @@ def slide(place: Place, subject: PlacedGroup, target: PlacedGroup, start: Vec) -
     pushes = _pushes(place, target)
     x, y, z = start
     z += _LIFT + max((gap for _, gap, _ in pushes), default=0.0)
-    for way, gap, key in pushes:
-        far = sweep(subject.solids(), target.solids(), way, gap=max(gap, _WALL_GAP), start=(x, y, z))
+    for direction, gap, key in pushes:
+        far = sweep(subject.solids(), target.solids(), direction, gap=max(gap, _WALL_GAP), start=(x, y, z))
         if far is None:
             raise PlaceError(f"`{place.target}` has no wall on this side", key)
-        x, y = x + far * way[0], y + far * way[1]
+        x, y = x + far * direction[0], y + far * direction[1]
     return (x, y, z)
 
 
@@ -183,9 +183,9 @@ def _pushes(place: Place, target: PlacedGroup) -> list[tuple[Vec, float, str]]:
     found = []
     for side in region.sides:
         axis, sign = SIDES[side]
-        way = vector_times(axes[axis], sign)
-        if abs(way[2]) > 1e-9:
+        direction = vector_times(axes[axis], sign)
+        if abs(direction[2]) > 1e-9:
             message = f"the {side} of `{place.target}` does not point sideways as it lies; leave it out"
             raise PlaceError(message, "at")
-        found.append((way, place.inset, "at"))
+        found.append((direction, place.inset, "at"))
     return found

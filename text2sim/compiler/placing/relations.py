@@ -174,8 +174,8 @@ def _drop(subject: PlacedGroup, target: PlacedGroup, x: float, y: float, gap: fl
 
 
 def _fall(subject: PlacedGroup, target: PlacedGroup, start: Vec, gap: float) -> float | None:
-    way = sweep(subject.solids(), target.solids(), _DOWN, gap=gap, start=start)
-    return None if way is None else start[2] - way
+    distance = sweep(subject.solids(), target.solids(), _DOWN, gap=gap, start=start)
+    return None if distance is None else start[2] - distance
 
 
 def _above(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y: float) -> float:

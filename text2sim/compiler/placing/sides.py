@@ -27,15 +27,15 @@ def stand_beside(place: Place, subject: PlacedGroup, target: PlacedGroup) -> Vec
     """
     if target.planes:
         raise PlaceError("a plane has no sides", place.relation)
-    way = _unit(place)
-    axis = next((k for k in (0, 1) if abs(way[k]) == 1.0), None)
+    direction = _unit(place)
+    axis = next((k for k in (0, 1) if abs(direction[k]) == 1.0), None)
     shift = [lined_up(subject, target, k, place.alignment(k) or ("center", "center", "min")[k]) for k in range(3)]
     if axis is not None:
         (low, high), (bottom, top) = subject.bounds(), target.bounds()
         gap = place.clearance
-        shift[axis] = bottom[axis] - high[axis] - gap if way[axis] < 0 else top[axis] - low[axis] + gap
+        shift[axis] = bottom[axis] - high[axis] - gap if direction[axis] < 0 else top[axis] - low[axis] + gap
         return (shift[0], shift[1], shift[2])
-    frame = quat_from_yaw(math.atan2(way[1], way[0]))
+    frame = quat_from_yaw(math.atan2(direction[1], direction[0]))
     (low, high), (bottom, top) = subject.bounds(frame), target.bounds(frame)
     along = top[0] - low[0] + place.clearance
     across = (bottom[1] + top[1] - low[1] - high[1]) / 2
@@ -95,8 +95,8 @@ def touch(place: Place, subject: PlacedGroup, target: PlacedGroup) -> Vec:
     x, y, z = start
     if target.members:
         backwards = (-d[0], -d[1], -d[2])
-        way = sweep(subject.solids(), target.solids(), backwards, gap=place.clearance, start=(x, y, z))
-        best = min(best, math.inf if way is None else way)
+        distance = sweep(subject.solids(), target.solids(), backwards, gap=place.clearance, start=(x, y, z))
+        best = min(best, math.inf if distance is None else distance)
     if best == math.inf:
         raise PlaceError(f"it passes `{place.target}` without touching it", "touching")
     return (x - best * d[0], y - best * d[1], z - best * d[2])

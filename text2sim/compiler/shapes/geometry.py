@@ -130,9 +130,9 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
 
 def _stream_piece(stream: Stream) -> Piece:
     """Return what just comes out of a mouth, by half of its radius."""
-    way, long = vector_unit(stream.direction), stream.radius / 2
-    turned = quat_between(Z_AXIS, way)
-    return Piece("cylinder", pos=vector_times(way, long / 2), quat=turned, size=(stream.radius, long))
+    direction, long = vector_unit(stream.direction), stream.radius / 2
+    turned = quat_between(Z_AXIS, direction)
+    return Piece("cylinder", pos=vector_times(direction, long / 2), quat=turned, size=(stream.radius, long))
 
 
 def _faceted_piece(shape: Faceted) -> Piece:

@@ -48,8 +48,8 @@ class Powered:
 
     def where(self, key: str) -> Path:
         """Return the path of a value of the motor, or of the motor if the case does not give the value."""
-        ways = (("actuator", key), ("actuator",), ())
-        paths = (self.mechanics.where(self.joint, *way) for way in ways)
+        places = (("actuator", key), ("actuator",), ())
+        paths = (self.mechanics.where(self.joint, *place) for place in places)
         return self.mechanics.facts.first_path(*paths, ("bodies", self.joint.copy.body))
 
     def tolerances(self, kind: str) -> list[float]:

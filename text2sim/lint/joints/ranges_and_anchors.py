@@ -31,10 +31,10 @@ def _range(facts: Facts) -> Iterator[Problem]:
         (low, high), unit = joint.spec.range, joint.units[0]
         slack = MAX_BEYOND_RANGE * (high - low)
         if (stuck := _against_end(spans, low - joint.start, high - joint.start)) is not None:
-            end, way = (high, "up") if stuck.extremes()[1] > 0.0 else (low, "down")
+            end, toward = (high, "up") if stuck.extremes()[1] > 0.0 else (low, "down")
             text = (
-                f"drives `{mechanics.label(joint)}` {way}, but it starts at {end:.4g} {unit}, where its range ends: it "
-                "pushes against that limit and does not move; change the sign, or widen the range"
+                f"drives `{mechanics.label(joint)}` {toward}, but it starts at {end:.4g} {unit}, where its range ends: "
+                "it pushes against that limit and does not move; change the sign, or widen the range"
             )
             yield facts.problem("target-out-of-range", stuck.where, text)
             continue

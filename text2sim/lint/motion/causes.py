@@ -62,12 +62,12 @@ class Causes:
         """Time [s] until which everything is at rest."""
         return self.onset if self.onset > 0.0 and all_still(self.facts) else 0.0
 
-    def reaches(self, way: float, t: float) -> bool:
+    def reaches(self, distance: float, t: float) -> bool:
         """Return whether anything may have moved a distance [m] by a time [s]."""
-        if way <= 0.0 or t > self.unknown:
+        if distance <= 0.0 or t > self.unknown:
             return True
         # `quiet` is expensive, and only reduces the bound.
-        return self._reach(t, 0.0) >= way and self._reach(t, self.quiet) >= way
+        return self._reach(t, 0.0) >= distance and self._reach(t, self.quiet) >= distance
 
     def _reach(self, t: float, quiet: float) -> float:
         """Return an upper bound on the distance [m] moved by a time [s], if nothing moves until `quiet`."""
@@ -83,16 +83,16 @@ class Causes:
         )
         return 2 * speed * time + self.facts.pull * time**2
 
-    def soonest(self, way: float) -> float:
+    def soonest(self, distance: float) -> float:
         """Return a lower bound on the time [s] to move a distance [m]; infinite if nothing moves so far in the run."""
-        if way <= 0.0:
+        if distance <= 0.0:
             return 0.0
         low, high = 0.0, self.facts.case.scene.duration
-        if not self.reaches(way, high):
+        if not self.reaches(distance, high):
             return inf
         for _ in range(60):
             middle = (low + high) / 2
-            low, high = (middle, high) if not self.reaches(way, middle) else (low, middle)
+            low, high = (middle, high) if not self.reaches(distance, middle) else (low, middle)
         return high
 
     def _restless(self) -> bool:

@@ -107,8 +107,8 @@ def whereabouts(facts: Facts) -> Whereabouts:
     return facts.once(Whereabouts)
 
 
-def _scaled(way: Vec, times: float) -> Vec:
-    x, y, z = (max(-MAX_DISTANCE, min(c * times, MAX_DISTANCE)) for c in way)
+def _scaled(displacement: Vec, times: float) -> Vec:
+    x, y, z = (max(-MAX_DISTANCE, min(c * times, MAX_DISTANCE)) for c in displacement)
     return x, y, z
 
 

@@ -66,9 +66,9 @@ def _threshold(facts: Facts, event: Any) -> str:
     below = event.below is not None and values.start + values.error < event.below
     if not above and not below:
         return ""
-    way, bound = ("above", event.above) if above else ("below", event.below)
+    side, bound = ("above", event.above) if above else ("below", event.below)
     return (
-        f"`{event.measure}` is {values.start:.4g}{unit} at the start, already {way} {bound:g}{unit}; it happens only "
+        f"`{event.measure}` is {values.start:.4g}{unit} at the start, already {side} {bound:g}{unit}; it happens only "
         f"when the measure comes back and crosses {bound:g} again"
     )
 

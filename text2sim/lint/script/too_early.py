@@ -32,10 +32,10 @@ def _too_soon(facts: Facts) -> Iterator[Problem]:
         if expect.event is not None:
             if expect.within is None or count_bounds(expect)[1] == 0:
                 continue
-            way = _shortest_distance(facts, actions.events[expect.event])
+            distance = _shortest_distance(facts, actions.events[expect.event])
             _, last = span_of(expect.within, facts.case.scene.duration)
-            if not causes.reaches(way, last):
-                text = f"`{expect.event}` needs a motion of {way:.3g} m" + _why_too_far(causes, way, last)
+            if not causes.reaches(distance, last):
+                text = f"`{expect.event}` needs a motion of {distance:.3g} m" + _why_too_far(causes, distance, last)
                 yield facts.problem("too-soon", (*where, "within"), text)
         elif expect.measure is not None:
             bound, values = bound_of(expect, facts.case.scene.duration), values_of(facts, expect.measure)
@@ -48,12 +48,12 @@ def _too_soon(facts: Facts) -> Iterator[Problem]:
                 continue
             # A minimum or maximum may occur at the end of the span; a bound on all values applies from its start.
             by = bound.first if bound.stat == "all" else bound.last
-            way = max(bound.low - values.start, values.start - bound.high)
+            change = max(bound.low - values.start, values.start - bound.high)
             if bound.stat in ("max", "min") and (bound.stat == "max") != (bound.low > values.start):
                 continue
-            if by > 0.0 and not causes.reaches(way, by):
-                text = f"`{expect.measure}` has to change by {way:.3g} {values.unit} from its start"
-                text += _why_too_far(causes, way, by)
+            if by > 0.0 and not causes.reaches(change, by):
+                text = f"`{expect.measure}` has to change by {change:.3g} {values.unit} from its start"
+                text += _why_too_far(causes, change, by)
                 yield facts.problem("too-soon", (*where, field_of(expect)), text)
 
 

@@ -105,15 +105,15 @@ def _sags(facts: Facts) -> Iterator[Problem]:
         seen.add(body.body)
         times = math.sqrt(stretch / MAX_OWN_STRETCH)
         more = math.ceil(times * facts.case.scene.dt / h)
-        way = f"use cells of {length(size * times)}, or scene.substeps of {more}"
+        remedy = f"use cells of {length(size * times)}, or scene.substeps of {more}"
         if own_stretch(long, size, h, STRETCH_ITERATIONS[-1], facts.pull) <= MAX_OWN_STRETCH:
-            way = "leave out `stretch_iterations` of scene.pbd"
+            remedy = "leave out `stretch_iterations` of scene.pbd"
         text = (
             f"`{body.name}` is {length(long)} long and has cells of {length(size)}: with {pbd.stretch_iterations} "
             f"stretch iterations in substeps of {h:.3g} s, its own weight makes it {100 * stretch:.2g} % longer "
             "where it hangs"
         )
-        yield facts.problem("cloth-sags", facts.first_given(body.body, "cell", "shape"), f"{text}; {way}")
+        yield facts.problem("cloth-sags", facts.first_given(body.body, "cell", "shape"), f"{text}; {remedy}")
 
 
 def _meeting_speed(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> float:

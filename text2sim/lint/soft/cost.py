@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import soft_facts
+from text2sim.runtime.progress import rough_duration
 from text2sim.spec_schema.errors import Problem
 
 MAX_POINTS = 5_000_000
@@ -64,7 +65,7 @@ def _slow_run(facts: Facts) -> Iterator[Problem]:
     most = max(counts, key=lambda solver: counts[solver])
     power = {"mpm": 4, "pbd": 3, "fem": 3}.get(most, 3)
     text = (
-        f"about {second:.2g} s of wall time per simulated second, {_minutes(whole)} in all, on two cores: "
+        f"about {second:.2g} s of wall time per simulated second, {rough_duration(whole)} in all, on two cores: "
         + ", ".join(f"{count:,} {solver} {POINT_NAMES[solver]}" for solver, count in counts.items())
         + f", {1.0 / facts.substep:,.0f} substeps per second; with {_grains(most)} one and a half times as large it "
         f"is {1.5**power:.0f} times as fast"
@@ -84,10 +85,6 @@ def _too_many(facts: Facts) -> Iterator[Problem]:
                 f"use {_grains(body.solver)} {larger:.2g} times as large"
             )
             yield facts.problem("too-many-points", facts.where(body.body), text, key=True)
-
-
-def _minutes(seconds: float) -> str:
-    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.2g} h"
 
 
 def _grains(solver: str) -> str:

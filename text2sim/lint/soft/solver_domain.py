@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.soft.lowering import mass
-from text2sim.compiler.soft.solver_domain import find_surroundings, way_of
+from text2sim.compiler.soft.solver_domain import find_surroundings, path_bounds
 from text2sim.compiler.soft.travel import travel
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import sides
@@ -89,15 +89,15 @@ def _leaving(facts: Facts) -> Iterator[Problem]:
         return
     masses = {body.name: mass(body.copy, facts.folder) for body in soft.bodies}
     controls = case.actions.controls.values()
-    ways = travel(facts.rows, controls, facts.placed, masses, facts.pull, case.scene.duration)
-    around = find_surroundings(facts.placed, ways, facts.folder)
+    travels = travel(facts.rows, controls, facts.placed, masses, facts.pull, case.scene.duration)
+    around = find_surroundings(facts.placed, travels, facts.folder)
     for solver, (space, pad) in spaces.items():
         is_given = getattr(case.scene, solver).bounds is not None
         seen = set()
         for body in soft.of(solver):
             if body.body in seen or _excess(body.box, (space.low, space.high), pad):
                 continue
-            there = way_of(body.copy, around, case.scene, ways, facts.folder)
+            there = path_bounds(body.copy, around, case.scene, travels, facts.folder)
             if _is_held(facts, body):
                 there = _hung(body.box, there)
             out = [

@@ -39,18 +39,18 @@ def _inside(facts: Facts) -> Iterator[Problem]:
         for ground in soft.planes:
             depth = max((ground.depth(part) for part in facts.parts(body.copy)), default=0.0)
             if depth > tolerated:
-                way = "up" if ground.up[2] > 1 - 1e-9 else f"along {vector(ground.up)}"
-                found.setdefault((body.body, ground.copy.body), []).append((depth, way, body, ground.copy))
+                direction = "up" if ground.up[2] > 1 - 1e-9 else f"along {vector(ground.up)}"
+                found.setdefault((body.body, ground.copy.body), []).append((depth, direction, body, ground.copy))
         for copy in soft.rigid:
             if (row := _overlap(facts, body, copy, tolerated, effort)) is not None:
                 found.setdefault((body.body, copy.body), []).append((*row, body, copy))
     for rows in found.values():
-        depth, way, body, other = max(rows, key=lambda row: row[0])
+        depth, direction, body, other = max(rows, key=lambda row: row[0])
         text = (
             f"`{body.name}` starts {length(depth)} deep in `{other.name}`"
-            f"{more_copies(len(rows), 'pairs of their copies')}: {_CONSEQUENCES[body.solver]}; move it {way}"
+            f"{more_copies(len(rows), 'pairs of their copies')}: {_CONSEQUENCES[body.solver]}; move it {direction}"
         )
-        text += f" by {length(depth)}" if way else " out of it"
+        text += f" by {length(depth)}" if direction else " out of it"
         yield facts.problem("soft-inside", facts.first_given(body.body, "place", "pose", "repeat"), text, key=True)
 
 
@@ -77,14 +77,14 @@ def _overlap(facts: Facts, body: SoftBody, copy: Copy, min_depth: float, effort:
     if not pairs or effort.left <= 0:
         return None
     overlap = overlap_of(facts.parts(body.copy), facts.parts(copy), pairs, effort)
-    ways = axes_first([way for way in overlap.ways if not _grounded(soft_facts(facts), body, way)])
-    depth = ways[0].length if ways and body.model.kind == "cloth" else overlap.depth
-    return (depth, f"towards {ways[0].words}" if ways else "") if depth > min_depth else None
+    escapes = axes_first([escape for escape in overlap.escapes if not _grounded(soft_facts(facts), body, escape)])
+    depth = escapes[0].length if escapes and body.model.kind == "cloth" else overlap.depth
+    return (depth, f"towards {escapes[0].words}" if escapes else "") if depth > min_depth else None
 
 
-def _grounded(soft: SoftFacts, body: SoftBody, way: Escape) -> bool:
+def _grounded(soft: SoftFacts, body: SoftBody, escape: Escape) -> bool:
     """Return whether a translation moves a body below the ground."""
-    down = -way.direction[2] * way.length
+    down = -escape.direction[2] * escape.length
     lowest = body.box[0][2] - down
     return down > 0.0 and any(ground.up[2] > 0.99 and lowest < ground.level - MAX_DEPTH for ground in soft.planes)
 

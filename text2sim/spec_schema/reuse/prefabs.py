@@ -253,8 +253,8 @@ class _Expansion:
         if "${" in use.data:
             raise self._refused(use, (*site.path, "use"), "the name of a prefab cannot be an expression", "type")
         if use.data in outer:
-            way = " → ".join([*outer[outer.index(use.data) :], use.data])
-            raise self._refused(use, (*site.path, "use"), f"prefabs use each other in a cycle: {way}", "circular-use")
+            cycle = " → ".join([*outer[outer.index(use.data) :], use.data])
+            raise self._refused(use, (*site.path, "use"), f"prefabs use each other in a cycle: {cycle}", "circular-use")
         if len(outer) >= MAX_DEPTH:
             raise self._refused(use, site.path, f"prefabs use each other more than {MAX_DEPTH} deep", "too-deep")
         try:

@@ -129,7 +129,7 @@ def items_of(slots: list[LanguageSlot]) -> list[LanguageSlot]:
     return [slot_of(get_args(member.base)[0]) for member in members if get_origin(member.base) in (list, tuple)]
 
 
-def check_path(data: Any, path: Path, interfaces: PrefabInterfaces, *, new: bool = False) -> None:
+def check_path(data: Any, path: Path, interfaces: PrefabInterfaces, *, new: bool) -> None:
     """Check that the value at a path can be set.
 
     Args:
