@@ -73,11 +73,6 @@ def facts_as_data(facts: Iterable[Fact]) -> list[dict[str, Any]]:
     return [asdict(fact) for fact in facts]
 
 
-def false_facts(facts: Iterable[Fact]) -> dict[str, str]:
-    """Return the false facts, by requirement."""
-    return {fact.requirement: fact.told for fact in facts if fact.ok is False}
-
-
 def claim_faults(claims: Claims, requirements: Iterable[str], bodies: Iterable[str]) -> list[str]:
     """Describe the unknown names in a plan's claims.
 

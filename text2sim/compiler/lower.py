@@ -133,8 +133,7 @@ class Lowering:
             axes = {
                 f"slide_{a}": TreeJoint("slider", axis=self._local(copy, a), armature=DRIVEN_ARMATURE) for a in "xyz"
             }
-        link = self._link(copy, model.material, model.look)
-        link = replace(link, joints=tuple(axes.items()))
+        link = replace(self._link(copy, model.material, model.look), joints=tuple(axes.items()))
         return self._model(copy, Tree((link,)))
 
     @entity.register
@@ -207,8 +206,7 @@ class Lowering:
         )
         made = self.alike.get(key)
         if made is None:
-            link = self._link(copy, material, look)
-            link = replace(link, joint=joint)
+            link = replace(self._link(copy, material, look), joint=joint)
             made = self.alike[key] = self.models.write(copy.body, Tree((link,)))
         return self._entity_of(copy, made, rgba_of(look, copy) if plain else made.color)
 
@@ -225,7 +223,7 @@ class Lowering:
     ) -> EntityPlan:
         self.pieces += 1
         rho = generators.density_of(material, volume) if volume else None
-        surface = Surface(rgba_of(look, copy), look.finish, decoration=decoration_of(look))
+        surface = _surface(look, rgba_of(look, copy))
         if not look.visible:
             options["visualization"] = False
         return EntityPlan(
@@ -248,14 +246,10 @@ class Lowering:
         self._take_in(copy, made.tree, made.balls, made.pieces)
         self.notes |= {f"{copy.body}: {note}": None for note in made.notes}
         own = copy.model.look
-        surface = (
-            None if made.color is None or color is None else Surface(color, own.finish, decoration=decoration_of(own))
-        )
+        surface = None if made.color is None or color is None else _surface(own, color)
         seen = {part.rgba for link in made.tree.links() for part in (*link.geoms, *link.visuals)}
         looks = {} if surface else looks_by_color(copy)
-        part_surfaces = tuple(
-            Surface(rgba, one.finish, decoration=decoration_of(one)) for rgba, one in looks.items() if rgba in seen
-        )
+        part_surfaces = tuple(_surface(one, rgba) for rgba, one in looks.items() if rgba in seen)
         return EntityPlan(
             copy.name, "MJCF", dict(made.options), copy.pos, copy.quat, surface=surface, part_surfaces=part_surfaces,
             material_options=dict(made.grid),
@@ -292,9 +286,7 @@ class Lowering:
         if not model.look.visible:
             options["visualization"] = False
         look = model.look
-        surface = (
-            None if look.color is None else Surface(rgba_of(look, copy), look.finish, decoration=decoration_of(look))
-        )
+        surface = None if look.color is None else _surface(look, rgba_of(look, copy))
         # An MJCF file sets the friction of every geom, if only by MuJoCo's defaults; a URDF cannot.
         friction = model.material.friction if urdf or "friction" in model.material.model_fields_set else None
         rho = generators.density_of(model.material, 1.0) if urdf and mechanism.inertialess else None
@@ -338,3 +330,7 @@ class Lowering:
     def _local(self, copy: Copy, axis: Any) -> tuple[float, float, float]:
         """Return a world axis in the frame of a copy."""
         return quat_rotate(quat_conjugate(copy.quat), vector_unit(axis))
+
+
+def _surface(look: Look, rgba: Rgba) -> Surface:
+    return Surface(rgba, look.finish, decoration=decoration_of(look))

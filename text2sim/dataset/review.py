@@ -98,10 +98,8 @@ def _pictures(film: bytes) -> list[str]:
 
     with av.open(io.BytesIO(film), "r") as container:
         pictures = [picture.to_image() for picture in container.decode(video=0)]
-    found = []
-    for k in np.linspace(0, len(pictures) - 1, PICTURES).round().astype(int):
-        found.append(base64.b64encode(picture_bytes(pictures[k], "jpeg", quality=85)).decode())
-    return found
+    shown = np.linspace(0, len(pictures) - 1, PICTURES).round().astype(int)
+    return [base64.b64encode(picture_bytes(pictures[k], "jpeg", quality=85)).decode() for k in shown]
 
 
 _PAGE = """<!doctype html><meta charset="utf-8"><title>Review of @NAME@</title>

@@ -15,11 +15,10 @@ from text2sim.evidence.selection import RecordedTarget
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models import measures
-from text2sim.spec_schema.models.base import AXES, listed
+from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.models.regions import SIDES, BodyRegion
 from text2sim.spec_schema.names.selectors import body_of
 
-_AXES = list(AXES)
 _FLAT = 1e-6
 
 

@@ -157,9 +157,7 @@ class Facts:
 
     def loose(self, copy: Copy) -> bool:
         """Return whether nothing holds a copy, rigid or deformable."""
-        if not is_soft(copy.model):
-            return self.free(copy)
-        return copy.body not in self._attached
+        return self.free(copy) if not is_soft(copy.model) else copy.body not in self._attached
 
     @cached_property
     def _attached(self) -> set[str]:

@@ -145,7 +145,6 @@ def learn_digests(meshes: Iterable[VisualMesh]) -> None:
     lazy = [mesh for mesh in meshes if isinstance(mesh, LazyMesh) and "digest" not in mesh.__dict__]
     if not lazy:
         return
-
     question = (b"surfaces", Path(__file__).read_bytes(), *(mesh.key.encode() for mesh in lazy))
     found = cached_answer(question, lambda: [mesh.digest for mesh in lazy])
     for mesh, digest in zip(lazy, found, strict=True):

@@ -35,7 +35,7 @@ def _inside(facts: Facts) -> Iterator[Problem]:
     for body in soft.bodies:
         if frozenset(("rigid", body.solver)) not in TOUCHING_PAIRS[soft.model] or soft.model == "ipc":
             continue  # they have no contact, or another rule covers them
-        tolerated = _tolerated_depth(soft, body)
+        tolerated = max(MAX_DEPTH, {"mpm": soft.cell / 2, "pbd": soft.particle / 2}.get(body.solver, 0.0))
         for ground in soft.planes:
             depth = max((ground.depth(part) for part in facts.parts(body.copy)), default=0.0)
             if depth > tolerated:
@@ -60,11 +60,6 @@ _CONSEQUENCES = {
     "fem": "contact pushes it out with a destructive force",
     "ipc": "",
 }
-
-
-def _tolerated_depth(soft: SoftFacts, body: SoftBody) -> float:
-    """Return the depth [m] that a solver tolerates, because particles have a size."""
-    return max(MAX_DEPTH, {"mpm": soft.cell / 2, "pbd": soft.particle / 2}.get(body.solver, 0.0))
 
 
 def _overlap(facts: Facts, body: SoftBody, copy: Copy, min_depth: float, effort: Effort) -> tuple[float, str] | None:

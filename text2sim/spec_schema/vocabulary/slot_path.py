@@ -173,9 +173,7 @@ def check_path(data: Any, path: Path, interfaces: PrefabInterfaces, *, new: bool
 
 
 def _may_be_new(path: Path, index: int, new: bool) -> bool:
-    if path[0] == "params":
-        return False
-    return index == len(path) - 1 and (new or path[0] == "waive")
+    return path[0] != "params" and index == len(path) - 1 and (new or path[0] == "waive")
 
 
 def _of_prefab(step: str, value: Any, path: Path, interfaces: PrefabInterfaces) -> str | None:
