@@ -158,12 +158,12 @@ class AgentLoop:
             if self.agreement.plan.possible == "partly":
                 return self.outcome("accepted_in_part", f"{came_true}, as far as it is possible")
             return self.outcome("accepted", came_true)
-        made, names = self.history.made, self.agreement.names
-        if (best := stalled_best(made, names)) is not None:
+        attempts, names = self.history.made, self.agreement.names
+        if (best := stalled_best(attempts, names)) is not None:
             if not self.history.base:
                 self._choose_film(best)
             return self.outcome("gave_up", f"the attempts after {best.number} brought nothing better")
-        best = best_of(made, names)
+        best = best_of(attempts, names)
         filmed = best.sound(names) and not self.history.base
         left, reserve = self.limits.minutes_left(), STYLE_MINUTES if filmed and self.style else 0.0
         why = f"{attempt.number} attempts were made" if attempt.number >= self.limits.attempts else ""

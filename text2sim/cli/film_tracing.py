@@ -48,10 +48,10 @@ def trace_films(
     except KeyboardInterrupt:
         stop.request()
     with stop.gently():
-        made = encode_films(fit.filming, fit.reels, suffix)
-    if not made:
+        paths = encode_films(fit.filming, fit.reels, suffix)
+    if not paths:
         raise KeyboardInterrupt
-    return made
+    return paths
 
 
 class ProgressReporter:

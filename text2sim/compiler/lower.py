@@ -23,14 +23,7 @@ from text2sim.compiler.trees.file_bodies import file_changes, file_motors, mecha
 from text2sim.compiler.trees.joints import joint_of
 from text2sim.compiler.trees.model_files import ModelFiles, Written, count_pieces
 from text2sim.compiler.trees.shaped_links import geoms_of, shaped_link
-from text2sim.compiler.trees.tree import (
-    Tree,
-    TreeGeom,
-    TreeJoint,
-    TreeLink,
-    tree_balls,
-    with_torques,
-)
+from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink, tree_balls, with_torques
 from text2sim.spec_schema.models.base import content_of
 from text2sim.spec_schema.models.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
 from text2sim.spec_schema.models.materials import Look, Material
@@ -204,11 +197,11 @@ class Lowering:
             self._content(shape),
             *(() if plain else colors_of(shape, look, copy)),
         )
-        made = self.alike.get(key)
-        if made is None:
+        written = self.alike.get(key)
+        if written is None:
             link = replace(self._link(copy, material, look), joint=joint)
-            made = self.alike[key] = self.models.write(copy.body, Tree((link,)))
-        return self._entity_of(copy, made, rgba_of(look, copy) if plain else made.color)
+            written = self.alike[key] = self.models.write(copy.body, Tree((link,)))
+        return self._entity_of(copy, written, rgba_of(look, copy) if plain else written.color)
 
     def _content(self, model: Any) -> Any:
         """Return the content of a model, without where its copies are."""
@@ -239,8 +232,8 @@ class Lowering:
     def _model(self, copy: Copy, tree: Tree) -> EntityPlan:
         if any(torques := copy.model.material.torques) and copy.model.kind != "articulated":
             tree = with_torques(tree, torques)
-        made = self.models.write(copy.body, tree)
-        return self._entity_of(copy, made, made.color)
+        written = self.models.write(copy.body, tree)
+        return self._entity_of(copy, written, written.color)
 
     def _entity_of(self, copy: Copy, made: Written, color: Rgba | None) -> EntityPlan:
         self._take_in(copy, made.tree, made.balls, made.pieces)

@@ -160,9 +160,9 @@ class Annotator:
         triangle = now.ids[row, column]
         here = np.stack([column + 0.5, row + 0.5], axis=1)
         points = np.einsum("nk,nkc->nc", _shares(now, here, triangle), after.corners[triangle])
-        there = after.view.pixels(points)
-        there[~after.there[triangle]] = np.nan
-        flow[row, column] = there - here
+        later = after.view.pixels(points)
+        later[~after.there[triangle]] = np.nan
+        flow[row, column] = later - here
         shown[row, column] = _is_seen(after, points)
         return flow, shown
 

@@ -65,9 +65,9 @@ def write_review(folder: Path, path: Path, decisions: dict[str, ReviewDecision],
         for key, files in read_shard(shard):
             if key in rows:
                 blocks.append(_block(rows[key], files["film.mp4"], decisions.get(key)))
-    made = {key: decision.model_dump() for key, decision in decisions.items()}
+    earlier = {key: decision.model_dump() for key, decision in decisions.items()}
     page = _PAGE.replace("@NAME@", escape(folder.name)).replace("@BLOCKS@", "\n".join(blocks))
-    write_atomically(path, page.replace("@MADE@", json.dumps(made).replace("<", "\\u003c")))
+    write_atomically(path, page.replace("@MADE@", json.dumps(earlier).replace("<", "\\u003c")))
     return len(blocks)
 
 

@@ -265,13 +265,13 @@ class Learning:
     def consolidate(self) -> None:
         """Have cards with the same content merged."""
         for first, second in combinations(self._library().entries, 2):
-            there, known = self._library().entries, read_ledger(self.cards).cards
+            entries, known = self._library().entries, read_ledger(self.cards).cards
             if (
-                not {first, second} <= there.keys() & known.keys()
-                or likeness(there[first].card, there[second].card) < DUPLICATE_LIKENESS
+                not {first, second} <= entries.keys() & known.keys()
+                or likeness(entries[first].card, entries[second].card) < DUPLICATE_LIKENESS
             ):
                 continue
-            pair = {name: there[name] for name in (first, second)}
+            pair = {name: entries[name] for name in (first, second)}
             question = render_prompt("merge_ask", cards=[entry.card.brief() for entry in pair.values()])
             system = render_prompt("merge", ids=list(pair), schema=yaml_text(card_schema()))
             drafts: list[CardDraft] = []

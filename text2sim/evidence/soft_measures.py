@@ -211,10 +211,10 @@ def gap(
     cloud = recording.cloud(body)
     found = nearest_solid(cloud, recording.states, recording.shapes.of_links(links_of(others)), limit)
     for other in others:
-        theirs = recording.deformable(other)
-        if theirs is None or theirs is body:
+        other_body = recording.deformable(other)
+        if other_body is None or other_body is body:
             continue
-        one = nearest_cloud(cloud, recording.cloud(theirs), found.value)
+        one = nearest_cloud(cloud, recording.cloud(other_body), found.value)
         nearer = one.value < found.value
         found.value[nearer], found.pos[nearer], found.of[nearer] = one.value[nearer], one.pos[nearer], -1
     return found

@@ -121,10 +121,10 @@ def wall_mesh(
         extent = _extent(backdrop, eyes, rays, ahead, away)
     if extent is None:
         radius = max(float(backdrop["radius"]), _farthest(backdrop, eyes, rays) * CLEARANCE / NEAR)
-        made = _round_wall(backdrop, eyes, radius, rays)
+        mesh = _round_wall(backdrop, eyes, radius, rays)
         x, y = backdrop["center"][:2]
-        placed = made.vertices + (x, y, backdrop["level"] - SUNK)
-        return Wall(RenderMesh(placed, made.faces, made.normals))
+        placed = mesh.vertices + (x, y, backdrop["level"] - SUNK)
+        return Wall(RenderMesh(placed, mesh.faces, mesh.normals))
     width, height = extent
     side, rise = np.linspace(-width / 2, width / 2, 49), np.linspace(0, height, 25)
     foot = away * ahead + side[:, None] * np.array([ahead[1], -ahead[0]])
@@ -222,11 +222,11 @@ def backdrop_mesh(
         off = [np.hypot(*np.subtract(eye, backdrop["center"])[:2]) for eye in eyes]
         radius = LOST * haze + max(off, default=0.0)
     rings = radius * np.geomspace(0.05, 1.0, STEPS)
-    made = _turned(np.column_stack([np.append(0.0, rings), np.zeros(STEPS + 1)]), np.tile([0.0, 1.0], (STEPS + 1, 1)))
+    ground = _turned(np.column_stack([np.append(0.0, rings), np.zeros(STEPS + 1)]), np.tile([0.0, 1.0], (STEPS + 1, 1)))
     if kind == "cyclorama":
-        made = joined([made, _round_wall(backdrop, eyes, radius, rays)])
+        ground = joined([ground, _round_wall(backdrop, eyes, radius, rays)])
     x, y = backdrop["center"][:2]
-    return RenderMesh(made.vertices + (x, y, backdrop["level"] - SUNK), made.faces, made.normals)
+    return RenderMesh(ground.vertices + (x, y, backdrop["level"] - SUNK), ground.faces, ground.normals)
 
 
 def haze_distance(backdrop: dict[str, Any], eye: Array, places: Array) -> float:
@@ -279,12 +279,12 @@ def sky(backdrop: dict[str, Any], background: Array, view: Any, size: tuple[int,
     rays = ahead + x * right + y * up
     rays = (rays / np.linalg.norm(rays, axis=-1, keepdims=True)).astype(np.float32)
     overhead = np.clip(rays[..., 2:] / OVERHEAD, 0.0, 1.0) ** 0.7
-    made = background + (np.asarray(backdrop["sky"]) - background) * overhead
+    sky = background + (np.asarray(backdrop["sky"]) - background) * overhead
     if "skyline" not in backdrop:
-        return made
+        return sky
     pixel = 2 * tall / height
-    made = skyline(backdrop["skyline"], rays, np.asarray(background, float), pixel, made)
-    return blurred(made, view.aperture / max(view.focus, 1e-6) / pixel)
+    sky = skyline(backdrop["skyline"], rays, np.asarray(background, float), pixel, sky)
+    return blurred(sky, view.aperture / max(view.focus, 1e-6) / pixel)
 
 
 def _round_wall(backdrop: dict[str, Any], eyes: Sequence[Array], radius: float, rays: Sequence[Array]) -> RenderMesh:
@@ -298,9 +298,9 @@ def _round_wall(backdrop: dict[str, Any], eyes: Sequence[Array], radius: float, 
 
 
 def _turned(profile: Array, slopes: Array) -> RenderMesh:
-    made = revolved(profile, slopes, sides=SIDES)
+    mesh = revolved(profile, slopes, sides=SIDES)
     # The room is seen from inside, so its faces are flipped.
-    return RenderMesh(made.vertices, made.faces[:, ::-1], made.normals)
+    return RenderMesh(mesh.vertices, mesh.faces[:, ::-1], mesh.normals)
 
 
 def _farthest(backdrop: dict[str, Any], eyes: Sequence[Array], rays: Sequence[Array]) -> float:

@@ -114,9 +114,9 @@ def _upright(mesh: RenderMesh, turn: Array) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=64)
 def _tiled(kind: str, color: tuple[float, ...] | None, own: tuple[float, ...], joints: bool, size: float) -> Layer:
-    made = tile(kind, color, own, joints=joints)
-    width, height = (size * period for period in made.period)
-    return Layer(made.picture, (width, height), made.relief, DEPTH.get(kind, 0.0) * size, size)
+    picture = tile(kind, color, own, joints=joints)
+    width, height = (size * period for period in picture.period)
+    return Layer(picture.picture, (width, height), picture.relief, DEPTH.get(kind, 0.0) * size, size)
 
 
 @lru_cache(maxsize=64)

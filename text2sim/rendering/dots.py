@@ -80,10 +80,10 @@ def dot_picture(color: tuple[float, ...] | None, own: tuple[float, ...]) -> Arra
     """
     across = (np.arange(PIXELS) + 0.5) * 2 / PIXELS - 1
     away = np.hypot(across[None], across[:, None])
-    made = np.empty((PIXELS, PIXELS, 4))
-    made[..., :3] = color or contrast(own)
-    made[..., 3] = np.clip((RADIUS - away) * PIXELS / 4 + 0.5, 0.0, 1.0)
-    return made
+    picture = np.empty((PIXELS, PIXELS, 4))
+    picture[..., :3] = color or contrast(own)
+    picture[..., 3] = np.clip((RADIUS - away) * PIXELS / 4 + 0.5, 0.0, 1.0)
+    return picture
 
 
 def _spread(corners: Array, areas: Array, spacing: float) -> tuple[Array, NDArray[np.integer]]:

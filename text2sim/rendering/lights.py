@@ -37,17 +37,17 @@ def emitters(lights: dict[str, dict[str, Any]], center: Array, radius: float) ->
         center: Centre of the stage [m].
         radius: Radius of the stage [m].
     """
-    made: dict[str, Any] = {}
+    emitters: dict[str, Any] = {}
     domes = []
     for name, light in lights.items():
         color = linear(np.asarray(light["color"], float)) if "color" in light else np.ones(3)  # a sky has its own
         kind = light["kind"]
         if kind == "sun":
-            made[f"light_{name}"] = _sun(light, color * light["strength"], center, radius)
+            emitters[f"light_{name}"] = _sun(light, color * light["strength"], center, radius)
         elif kind == "softbox":
-            made[f"light_{name}"] = _softbox(light, color)
+            emitters[f"light_{name}"] = _softbox(light, color)
         elif kind in ("lamp", "spot"):
-            made[f"light_{name}"] = _lamp(light, color)
+            emitters[f"light_{name}"] = _lamp(light, color)
         elif kind == "environment":
             domes.append(gradient(color, linear(np.asarray(light["horizon"], float))) * light["strength"])
         elif kind == "sky":
@@ -55,11 +55,11 @@ def emitters(lights: dict[str, dict[str, Any]], center: Array, radius: float) ->
             warm = np.array([1.0, 0.86 + 0.1 * low, 0.66 + 0.28 * low])
             # The irradiance is that of the ground, which a low sun meets at an angle.
             facing = CLEAR * light["strength"] / max(low, 0.15)
-            made[f"light_{name}"] = _sun(light | {"angle": SUN_DISC}, color * warm * facing, center, radius)
+            emitters[f"light_{name}"] = _sun(light | {"angle": SUN_DISC}, color * warm * facing, center, radius)
             domes.append(_sky(light) * color * (1 - CLEAR) * light["strength"])
     if domes:
-        made["dome"] = dome(np.sum(domes, axis=0))
-    return made
+        emitters["dome"] = dome(np.sum(domes, axis=0))
+    return emitters
 
 
 def dome(radiance: Array) -> Any:

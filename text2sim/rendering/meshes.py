@@ -70,8 +70,8 @@ def presentable(vertices: Array, faces: Indices, uvs: Array | None = None) -> Re
     """
     if uvs is None and 4 < len(vertices) <= LARGEST:
         round_one = _ball(vertices, faces) or _cylinder(vertices) or _cone(vertices) or _capsule(vertices)
-        if (made := round_one or _bevelled(vertices, faces)) is not None:
-            return made
+        if (rounded := round_one or _bevelled(vertices, faces)) is not None:
+            return rounded
     return _smooth(vertices, faces, uvs)
 
 
@@ -237,10 +237,10 @@ def _bevelled(vertices: Array, faces: Indices) -> RenderMesh | None:
         return None
     cloud, directions = np.concatenate(points), np.concatenate(normals)
     try:
-        used, made = outward_hull(cloud, "Qt")
+        used, triangles = outward_hull(cloud, "Qt")
     except QhullError:
         return None
-    return RenderMesh(cloud[used], made, directions[used])
+    return RenderMesh(cloud[used], triangles, directions[used])
 
 
 def _planes(vertices: Array, faces: Indices) -> Array | None:

@@ -90,13 +90,13 @@ class Batch:
         if self._made is None or self.moves or bsdf is not None:
             vertices, _ = self.surface(pos, quat)
             normals = np.einsum("nij,nj->ni", quats_to_matrices(quat)[self._links], self._normals)
-            made = mesh_shape(
+            shape = mesh_shape(
                 self.name, bsdf or self._bsdf, vertices, self._faces, normals,
                 colors=self._colors, shades=self._shades, uvs=self._uvs,
             )  # fmt: skip
             if bsdf is not None:
-                return made
-            self._made = made
+                return shape
+            self._made = shape
         return self._made
 
     def surface(self, pos: Array, quat: Array) -> tuple[Array, NDArray[np.integer]]:

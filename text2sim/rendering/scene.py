@@ -194,7 +194,7 @@ class FilmStage:
         bare = material(self._floor.finish, two_sided=True)
         laid = bare if floor is None else floor_material(floor["pattern"], floor["color"], floor["tile"])
         color, _ = shaded(self._floor.color, self._floor.finish)
-        made = {"backdrop": (_painted("backdrop", mesh, np.broadcast_to(color, mesh.vertices.shape)), laid)}
+        shapes = {"backdrop": (_painted("backdrop", mesh, np.broadcast_to(color, mesh.vertices.shape)), laid)}
         if wall is not None:
             painted = self.recording.film["background"]
             color = np.broadcast_to(linear(np.asarray(painted)), wall.mesh.vertices.shape)
@@ -205,8 +205,8 @@ class FilmStage:
                     backdrop.get("wall", "plain"), painted, wall, self._stage, window=backdrop.get("window", False)
                 )
             )
-            made["wall"] = _painted("wall", wall.mesh, color, wall.uvs), bsdf
-        return made
+            shapes["wall"] = _painted("wall", wall.mesh, color, wall.uvs), bsdf
+        return shapes
 
     def haze(self, eye: Any) -> float:
         """Return the distance [m] at which endless ground fades for a camera at a position [m]."""
@@ -261,7 +261,7 @@ def sensor(view: View, size: tuple[int, int]) -> Any:
     matrix[:3, :3] = np.stack([right, up, ahead], axis=1) * (-1.0, 1.0, 1.0)
     matrix[:3, 3] = view.pos
     away = float(np.linalg.norm(np.subtract(view.look_at, view.pos)))
-    made: dict[str, Any] = {
+    sensor: dict[str, Any] = {
         "type": "perspective",
         "fov": float(view.fov),
         "fov_axis": "y",
@@ -275,8 +275,8 @@ def sensor(view: View, size: tuple[int, int]) -> Any:
         "sampler": {"type": "multijitter"},
     }  # fmt: skip
     if view.aperture > 0:
-        made |= {"type": "thinlens", "aperture_radius": float(view.aperture), "focus_distance": float(view.focus)}
-    return _unfrozen(mi.load_dict(made))
+        sensor |= {"type": "thinlens", "aperture_radius": float(view.aperture), "focus_distance": float(view.focus)}
+    return _unfrozen(mi.load_dict(sensor))
 
 
 def _decade(length: float) -> float:

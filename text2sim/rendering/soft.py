@@ -78,18 +78,18 @@ class SoftSurface:
         self._uvs = uvs
         rest: dict[str, Any] = {"two_sided": part.kind == "cloth", "texture_scale": texture_scale}
         printed = picture is not None or layer is not None
-        there = np.ones(len(self._faces), bool)
+        kept = np.ones(len(self._faces), bool)
         if is_clear(part.kind, look, printed=printed):
-            there = ~hollows(at_rest, arrays["faces"])
+            kept = ~hollows(at_rest, arrays["faces"])
             rest["two_sided"] = True  # what is painted on a clear skin shows from within, too
-        self._coats = [Coat(there, part.kind, look, picture, layer, **rest)]
+        self._coats = [Coat(kept, part.kind, look, picture, layer, **rest)]
         if part.regions is not None:
             placed = np.asarray(part.row["pos"]), np.asarray(part.row["quat"])
             owner = part_of_triangles(part.regions, at_rest, arrays["faces"], *placed)
             own = np.isin(owner, [k for k, one in enumerate(part.parts) if one is not None], invert=True)
-            self._coats[0].faces = there & own
+            self._coats[0].faces = kept & own
             self._coats += [
-                Coat(there & (owner == k), part.kind, one, **rest)
+                Coat(kept & (owner == k), part.kind, one, **rest)
                 for k, one in enumerate(part.parts)
                 if one is not None and (owner == k).any()
             ]
@@ -286,8 +286,8 @@ class LiquidSurface:
             vertices, faces = _creased(vertices, faces, on)
         normals = smooth_normals(vertices[faces], faces.ravel(), len(vertices))
         colors, shades = (np.broadcast_to(c, vertices.shape) for c in (self._color, self._shade))
-        made = mesh_shape(self.name, bsdf or self._bsdf, vertices, faces, normals, colors=colors, shades=shades)
-        return {self.name: made}
+        shape = mesh_shape(self.name, bsdf or self._bsdf, vertices, faces, normals, colors=colors, shades=shades)
+        return {self.name: shape}
 
 
 def _creased(vertices: Array, faces: NDArray[Any], on: NDArray[np.bool_]) -> tuple[Array, NDArray[Any]]:

@@ -101,8 +101,8 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
     for k, (moment, sensor) in enumerate(moments):
         seed = SEED + 7919 * k
         with _timed(seconds, "trace"):
-            made = mi.render(moment.solid, sensor=sensor, integrator=integrator, spp=samples, seed=seed)
-            there = pictures.add(made)[..., 3]
+            rendered = mi.render(moment.solid, sensor=sensor, integrator=integrator, spp=samples, seed=seed)
+            there = pictures.add(rendered)[..., 3]
         with _timed(seconds, "guides"):
             guides.add(mi.render(moment.solid, sensor=sensor, integrator=guide, spp=guiding, seed=seed))
             if guiding > samples and there.min() < 1:  # edges before an empty background are noisy with few samples

@@ -78,9 +78,9 @@ def surround(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Ve
         raise PlaceError("a plane has no outside to go around", "around")
     dx, dy, dz = place.offset
     if ringed:
-        there = target.middle()
+        center = target.middle()
         z = lined_up(subject, target, 2, place.alignment(2) or "min")
-        shift = (there[0] - middle[0] + dx, there[1] - middle[1] + dy, z + dz)
+        shift = (center[0] - middle[0] + dx, center[1] - middle[1] + dy, z + dz)
         _check_ring(place, subject, target, shift)
         return shift
     frame = axis_frame(target)
@@ -105,18 +105,18 @@ def _centred(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Ve
     """
     back = quat_conjugate(frame)
     (low, high), (bottom, top) = subject.bounds(frame), target.bounds(frame)
-    mine = [quat_rotate(back, middle), tuple((a + b) / 2 for a, b in zip(low, high, strict=True))]
-    theirs = [tuple((a + b) / 2 for a, b in zip(bottom, top, strict=True))]
+    subject_points = [quat_rotate(back, middle), tuple((a + b) / 2 for a, b in zip(low, high, strict=True))]
+    target_points = [tuple((a + b) / 2 for a, b in zip(bottom, top, strict=True))]
     if len(target.members) == 1:
-        theirs.append(quat_rotate(back, target.members[0].pos))
+        target_points.append(quat_rotate(back, target.members[0].pos))
     end = place.alignment(2) or "center"
     along = (bottom[2] + top[2] - low[2] - high[2]) / 2
     if end != "center":
         along = bottom[2] - low[2] if end == "min" else top[2] - high[2]
     tried: set[tuple[float, float]] = set()
-    for there in theirs:
-        for here in mine:
-            across = (round(there[0] - here[0], 12) + 0.0, round(there[1] - here[1], 12) + 0.0)
+    for target_point in target_points:
+        for here in subject_points:
+            across = (round(target_point[0] - here[0], 12) + 0.0, round(target_point[1] - here[1], 12) + 0.0)
             if across not in tried:
                 tried.add(across)
                 yield quat_rotate(frame, (*across, along))

@@ -95,10 +95,10 @@ def footing(
     up = max(range(3), key=lambda k: abs(axes[k][2]))
     signs = _signs(place, axes, up)
     signs[up] = 1 if axes[up][2] > 0 else -1
-    mine, theirs = subject.bounds(frame), target.bounds(frame)
-    wanted = _flush(place, mine, theirs, signs)
+    own, target_bounds = subject.bounds(frame), target.bounds(frame)
+    wanted = _flush(place, own, target_bounds, signs)
     # On top of its uppermost face: right wherever that face is flat, level or not.
-    wanted[up] = theirs[1][up] - mine[0][up] if signs[up] > 0 else theirs[0][up] - mine[1][up]
+    wanted[up] = target_bounds[1][up] - own[0][up] if signs[up] > 0 else target_bounds[0][up] - own[1][up]
     x, y, z = (sum(w * axis[k] for w, axis in zip(wanted, axes, strict=True)) for k in range(3))
     across = [k for k in range(3) if k != up]
     if all(abs(axes[k][2]) < 1e-12 for k in across):

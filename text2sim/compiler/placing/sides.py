@@ -73,12 +73,12 @@ def touch(place: Place, subject: PlacedGroup, target: PlacedGroup) -> Vec:
     """
     d = _unit(place)
     here = subject.middle()
-    there = region_point(target, place.at) if isinstance(place.at, BodyRegion) else target.middle()
+    aim = region_point(target, place.at) if isinstance(place.at, BodyRegion) else target.middle()
     if not target.members and place.align is not None:
         raise PlaceError("a plane has no ends to align with", "align")
     # So far apart that the balls around the two do not overlap.
     far = place.clearance + sum(math.dist(*group.bounds()) / 2 for group in (subject, target) if group.members) * 1.01
-    far += math.dist(there, target.middle())
+    far += math.dist(aim, target.middle())
     best = math.inf
     for plane in target.planes:
         n = quat_rotate(plane.quat, Z_AXIS)
@@ -87,7 +87,7 @@ def touch(place: Place, subject: PlacedGroup, target: PlacedGroup) -> Vec:
             raise PlaceError("it cannot touch the plane from this side", "direction")
         low = subject.lowest(n) - vector_dot(n, here)
         best = min(best, far - (place.clearance - low) / closing)
-    start = [t - h + far * c for t, h, c in zip(there, here, d, strict=True)]
+    start = [t - h + far * c for t, h, c in zip(aim, here, d, strict=True)]
     for k in range(3):
         end = place.alignment(k)
         if end is not None:

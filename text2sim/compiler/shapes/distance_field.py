@@ -89,17 +89,17 @@ def field_of(vertices: "np.ndarray", faces: "np.ndarray", cell: float | None) ->
     longest, wall = max(a, b, c), wall_of(vertices, faces)
     if cell is None:
         cell = min(max(wall / 2, longest / (MAX_NODES - 1)), longest / (MIN_NODES - 1))
-    made = DistanceField(cell, (a, b, c), wall)
-    if math.prod(made.nodes) > MOST_NODES:
+    field = DistanceField(cell, (a, b, c), wall)
+    if math.prod(field.nodes) > MOST_NODES:
         least = max((a * b * c / MOST_NODES) ** (1 / 3), cell)
         while math.prod(DistanceField(least, (a, b, c), wall).nodes) > MOST_NODES:
             least *= 1.02
-        x, y, z = made.nodes
+        x, y, z = field.nodes
         raise AssetError(
             f"with a `cell` of {cell:.3g} m needs a field of {x:,} x {y:,} x {z:,} nodes, and {MOST_NODES:,} are "
             f"possible: take {rounded_up(least):g} m or more"
         )
-    return made
+    return field
 
 
 def rounded_up(value: float) -> float:

@@ -11,13 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from text2sim.spec_schema.models.sculpts import (
-    SculptBox,
-    SculptEllipsoid,
-    SculptLimb,
-    SculptLoft,
-    SculptRevolve,
-)
+from text2sim.spec_schema.models.sculpts import SculptBox, SculptEllipsoid, SculptLimb, SculptLoft, SculptRevolve
 
 Array = np.ndarray
 PIECES_PER_SPAN = 4

@@ -10,14 +10,7 @@ from text2sim.compiler.shapes.distance_field import field_of
 from text2sim.compiler.shapes.hulls import corners_and_sides
 from text2sim.compiler.shapes.meshfile import errors_about
 from text2sim.compiler.shapes.piece import Piece, cone_piece, ring_pieces, wall_pieces, wall_radii
-from text2sim.compiler.shapes.rotation import (
-    Z_AXIS,
-    quat_between,
-    quat_of,
-    quat_rotate,
-    vector_times,
-    vector_unit,
-)
+from text2sim.compiler.shapes.rotation import Z_AXIS, quat_between, quat_of, quat_rotate, vector_times, vector_unit
 from text2sim.compiler.shapes.sagging import disc_pieces, sheet_pieces
 from text2sim.compiler.shapes.sculpting import pieces_of, sculpted
 from text2sim.compiler.shapes.surface import Drawn, VisualMesh, surface

@@ -72,12 +72,12 @@ class PlacedPart:
             for bit in self.form.bits:
                 ends = np.array([bit.low, bit.high])
                 corners = np.array([ends[[i, j, k], [0, 1, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-                there = (corners @ turn.T + pos) * signs
+                turned = (corners @ turn.T + pos) * signs
 
                 def distance(p: Array, bit=bit, pos=pos, turn=turn, signs=signs) -> Array:
                     return bit.distance((p * signs - pos) @ turn)
 
-                yield Bit(distance, there.min(0), there.max(0))
+                yield Bit(distance, turned.min(0), turned.max(0))
 
     def distance(self, p: Array) -> Array:
         """Return the distances (n,) of points (n, 3)."""

@@ -157,9 +157,9 @@ def _remesh(vertices: np.ndarray, faces: np.ndarray, edge: float, count: int) ->
             few = max(round(many / 2 * count / finer**2), 200)
             points, net, *_ = simplify(points.astype(np.float32), net.astype(np.int32), target_count=few)
         points, net = _remeshed(points.astype(float), net, finer * edge / size, feature)
-        made = trimesh.Trimesh(points * size + low, net, process=False)
-        if made.is_volume and abs(made.volume / enclosed_volume(vertices, faces) - 1) < MAX_VOLUME_LOSS:
-            return np.asarray(made.vertices), np.asarray(made.faces)
+        mesh = trimesh.Trimesh(points * size + low, net, process=False)
+        if mesh.is_volume and abs(mesh.volume / enclosed_volume(vertices, faces) - 1) < MAX_VOLUME_LOSS:
+            return np.asarray(mesh.vertices), np.asarray(mesh.faces)
     return vertices, faces
 
 
@@ -173,8 +173,8 @@ def _remeshed(vertices: np.ndarray, faces: np.ndarray, edge: float, feature: flo
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertex_matrix=vertices, face_matrix=faces))
     meshes.meshing_isotropic_explicit_remeshing(targetlen=pymeshlab.PureValue(edge), iterations=6, featuredeg=feature)
-    made = meshes.current_mesh()
-    return made.vertex_matrix(), made.face_matrix()
+    mesh = meshes.current_mesh()
+    return mesh.vertex_matrix(), mesh.face_matrix()
 
 
 def _sharpest(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

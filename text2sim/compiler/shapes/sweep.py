@@ -42,9 +42,9 @@ def sweep(
     """
     best = math.inf
     frame = _frame(direction)
-    mine = [_move_bounds(_bounds(solid, frame), frame, start) for solid in movers]
-    theirs = [_bounds(solid, frame) for solid in others]
-    for pairs in _on_the_way(mine, theirs, gap):
+    mover_boxes = [_move_bounds(_bounds(solid, frame), frame, start) for solid in movers]
+    other_boxes = [_bounds(solid, frame) for solid in others]
+    for pairs in _on_the_way(mover_boxes, other_boxes, gap):
         for nearest, m, o in sorted(pair for pair in pairs if pair[0] < best):
             if nearest >= best:
                 break

@@ -9,7 +9,7 @@ from math import degrees, dist, pi, radians
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
-from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, as_radians
@@ -23,7 +23,7 @@ FAR_ANCHOR = 50.0
 
 @one_per_place
 def _range(facts: Facts) -> Iterator[Problem]:
-    mechanics = mechanics_of(facts)
+    mechanics = facts.once(Mechanics)
     for (entity, name), spans in spans_of(facts).items():
         joint = mechanics.joint(facts.copies[entity], name)
         if joint is None or joint.spec.range is None:

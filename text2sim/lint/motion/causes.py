@@ -20,7 +20,7 @@ from text2sim.compiler.schedules import extremes
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
-from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.motion.initial_rest import all_still
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import Force, Impulse
@@ -42,7 +42,7 @@ class Cause(NamedTuple):
 
 
 class Causes:
-    """The causes of motion in a scene; see `causes_of`."""
+    """The causes of motion in a scene, from `facts.once`."""
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
@@ -137,7 +137,7 @@ class Causes:
         """Yield the drives, driven bodies, releases and removals."""
         facts = self.facts
         for (entity, name), spans in spans_of(facts).items():
-            joint = mechanics_of(facts).joint(facts.copies[entity], name)
+            joint = facts.once(Mechanics).joint(facts.copies[entity], name)
             rest = joint.start if joint is not None else facts.lowering.initial.get(entity, {}).get(name, 0.0)
             moved = [(time, span.control) for span in spans if (time := _moves(span, rest)) is not None]
             if moved:
@@ -152,11 +152,6 @@ class Causes:
         for removal in facts.rows.removals:
             at = 0.0 if removal.at is None else removal.at  # an event may come at any time
             yield Cause(at, removal.control, at, 0.0)
-
-
-def causes_of(facts: Facts) -> Causes:
-    """Return the causes of motion in a scene, computed once."""
-    return facts.once(Causes)
 
 
 def _moves(span: Span, rest: float) -> float | None:

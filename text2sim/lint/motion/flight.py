@@ -214,8 +214,8 @@ def _landing(ground: Ground, copy: Copy, parts: list[StandingPart], path: Flight
     if height < -MAX_RESTING_GAP:
         return None
     for t in _roots(fall, rise, max(height, 0.0)):
-        there = vector_plus(copy.pos, path.offset(t))
-        if 0 <= t <= path.end and rise + 2 * fall * t < 0 and ground.beside(there) < 0:
+        pos = vector_plus(copy.pos, path.offset(t))
+        if 0 <= t <= path.end and rise + 2 * fall * t < 0 and ground.beside(pos) < 0:
             return Meeting(ground.copy, None, t, path.velocity_at(t))
     return None
 

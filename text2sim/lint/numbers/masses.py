@@ -17,7 +17,7 @@ from math import ceil, sqrt
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.settings import MIN_TIMECONST
 from text2sim.lint.facts import Facts
-from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, at_least
@@ -63,7 +63,7 @@ def _links(facts: Facts) -> Iterator[tuple[str, str | None, float]]:
         if tree is None or sum(1 for _ in tree.links()) == 1:
             yield name, None, facts.masses[copy.name]
             continue
-        totals = mechanics_of(facts).totals(copy)
+        totals = facts.once(Mechanics).totals(copy)
         movable = [link.name for link in tree.links() if link.all_joints()]
         link = min(movable, key=lambda link: totals[link].mass, default=None)
         if link is not None:
@@ -157,7 +157,7 @@ def _mass_beyond(facts: Facts, copy: Copy, link: str | None) -> float:
     """Return the mass [kg] of a link with all beyond it."""
     if copy.model.kind in ("rigid", "driven"):
         return facts.masses.get(copy.name, 0.0) if copy.model.kind == "rigid" else 0.0
-    totals = mechanics_of(facts).totals(copy)
+    totals = facts.once(Mechanics).totals(copy)
     tree = facts.tree(copy)
     name = link or (tree.roots[0].name if tree is not None and tree.roots else "")
     return totals[name].mass if name in totals else 0.0

@@ -10,20 +10,20 @@ from math import inf
 from typing import Any
 
 from text2sim.lint.facts import Facts
-from text2sim.lint.motion.causes import Causes, causes_of
+from text2sim.lint.motion.causes import Causes
 from text2sim.lint.rule import Rule
 from text2sim.lint.script.gap_bounds import min_gap
 from text2sim.lint.script.measure_bounds import values_of
 from text2sim.lint.script.outcomes import bound_of, count_bounds, field_of
 from text2sim.lint.script.start_values import depth_inside
-from text2sim.lint.script.targets import StartTarget, targets_of
+from text2sim.lint.script.targets import StartTarget, Targets
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.measures import Displacement, Position
 
 
 def _too_soon(facts: Facts) -> Iterator[Problem]:
-    causes = causes_of(facts)
+    causes = facts.once(Causes)
     actions = facts.case.actions
     for name, expect in actions.expect.items():
         where = ("actions", "expect", name)
@@ -71,10 +71,10 @@ def _why_too_far(causes: Causes, distance: float, by: float) -> str:
 def _shortest_distance(facts: Facts, event: Any) -> float:
     """Return the shortest distance [m] that some body has to move before an event; 0 if it is not known."""
     if event.kind == "contact":
-        pairs = targets_of(facts).pairs(event.between) or ()
+        pairs = facts.once(Targets).pairs(event.between) or ()
         return min((_gap(facts, a, b) for a, b in pairs), default=0.0)
     if event.kind == "enters" and event.region.moves_with is None:
-        targets = targets_of(facts).select(event.of)
+        targets = facts.once(Targets).select(event.of)
         if any(not target.known for target in targets):
             return 0.0
         return min((max(0.0, -depth_inside(event.region, target.origin)) for target in targets), default=0.0)

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.soft.facts import soft_facts
+from text2sim.lint.soft.facts import SoftFacts
 from text2sim.runtime.progress import rough_duration
 from text2sim.spec_schema.errors import Problem
 
@@ -41,7 +41,7 @@ def expected_wall_time(facts: Facts) -> float:
 
 def wall_time(facts: Facts) -> tuple[float, dict[str, int]]:
     """Return the wall time [s] of a simulated second on two cores, and the points or elements of each solver."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     counts: dict[str, int] = {}
     for body in soft.bodies:
         counts[body.solver] = counts.get(body.solver, 0) + soft.points(body)
@@ -55,7 +55,7 @@ def wall_time(facts: Facts) -> tuple[float, dict[str, int]]:
 
 
 def _slow_run(facts: Facts) -> Iterator[Problem]:
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     if not soft.bodies or soft.model == "ipc":
         return
     second, counts = wall_time(facts)
@@ -76,7 +76,7 @@ def _slow_run(facts: Facts) -> Iterator[Problem]:
 
 
 def _too_many(facts: Facts) -> Iterator[Problem]:
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     for body in soft.bodies:
         if (count := soft.points(body)) > MAX_POINTS:
             larger = 1.1 * (count / MAX_POINTS) ** (1 / 3)

@@ -8,7 +8,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import apart
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
-from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
+from text2sim.lint.soft.facts import SoftBody, SoftFacts
 from text2sim.lint.soft.families import TOUCHING_PAIRS
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.start.escape import Effort, Escape, axes_first, overlap_of, overlapping
@@ -29,7 +29,7 @@ ROUNDING = 1e-9
 
 def _inside(facts: Facts) -> Iterator[Problem]:
     """Report each deformable body and each rigid one that it starts in once."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     effort = Effort(STEP_BUDGET)
     found: dict[tuple[str, str], list[tuple[float, str, SoftBody, Copy]]] = {}
     for body in soft.bodies:
@@ -72,7 +72,7 @@ def _overlap(facts: Facts, body: SoftBody, copy: Copy, min_depth: float, effort:
     if not pairs or effort.left <= 0:
         return None
     overlap = overlap_of(facts.parts(body.copy), facts.parts(copy), pairs, effort)
-    escapes = axes_first([escape for escape in overlap.escapes if not _grounded(soft_facts(facts), body, escape)])
+    escapes = axes_first([escape for escape in overlap.escapes if not _grounded(facts.once(SoftFacts), body, escape)])
     depth = escapes[0].length if escapes and body.model.kind == "cloth" else overlap.depth
     return (depth, f"towards {escapes[0].words}" if escapes else "") if depth > min_depth else None
 
@@ -118,7 +118,7 @@ def closest_pairs(gaps: Gaps, pairs: Iterable[tuple[SoftBody, SoftBody]], room: 
 
 def _into_each_other(facts: Facts) -> Iterator[Problem]:
     """Report each pair of fem bodies, or of cloths, that start in each other once."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     gaps = Gaps(facts)
     fem = closest_pairs(gaps, combinations(soft.of("fem"), 2), ROUNDING)
     pbd = closest_pairs(gaps, combinations(soft.of("pbd"), 2), MIN_SPACING * soft.particle)
@@ -139,7 +139,7 @@ def _into_each_other(facts: Facts) -> Iterator[Problem]:
 @first_per_place
 def _dry(facts: Facts) -> Iterator[Problem]:
     duration = facts.case.scene.duration
-    for body in soft_facts(facts).of("mpm"):
+    for body in facts.once(SoftFacts).of("mpm"):
         shape = body.model.shape
         if isinstance(shape, Stream) and shape.start >= duration:
             text = f"`{body.name}` begins to flow at {shape.start:g} s, and the run ends at {duration:g} s"

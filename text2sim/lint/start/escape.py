@@ -9,14 +9,7 @@ from dataclasses import dataclass, replace
 
 from text2sim.compiler.shapes.boxes import apart, union
 from text2sim.compiler.shapes.gjk import distance
-from text2sim.compiler.shapes.rotation import (
-    Vec,
-    quat_to_rows,
-    vector_dot,
-    vector_minus,
-    vector_plus,
-    vector_times,
-)
+from text2sim.compiler.shapes.rotation import Vec, quat_to_rows, vector_dot, vector_minus, vector_plus, vector_times
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.start import concave
