@@ -7,12 +7,12 @@ from threading import Lock
 from typing import Any
 
 from text2sim.agents.conversation import Conversation
-from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.journal import Journal
 from text2sim.agents.loop import AgentLoop
 from text2sim.agents.loop_result import LoopLimits
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.exchange import ModelError, ModelRequest, Reply
+from text2sim.agents.offered_cards import OfferedCards
 from text2sim.agents.planning import Request
 
 
@@ -55,5 +55,5 @@ def quiet(event: str, /, *, live: bool = False, **what: Any) -> None:
 
 def quiet_loop(folder: Path, **limits: Any) -> AgentLoop:
     """A loop whose models have no answers; `limits` are those of `LoopLimits`."""
-    model, dealt = chat(folder, Scripted({})), DealtCards(None, quiet)
-    return AgentLoop(folder, Request("A ball falls."), model, dealt, quiet, LoopLimits(**limits))
+    model, offered = chat(folder, Scripted({})), OfferedCards(None, quiet)
+    return AgentLoop(folder, Request("A ball falls."), model, offered, quiet, LoopLimits(**limits))

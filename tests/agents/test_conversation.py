@@ -14,7 +14,7 @@ from text2sim.agents.journal import Journal
 from text2sim.agents.judgement import Critique
 from text2sim.agents.models.calls import Account, Budget
 from text2sim.agents.models.exchange import Message, ModelRequest, Reply
-from text2sim.agents.models.tokens import Beginnings, common_prefix_length
+from text2sim.agents.models.tokens import PromptPrefixes, common_prefix_length
 from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.replies import CasePlan
 
@@ -141,7 +141,7 @@ def test_what_a_prompt_cache_can_serve_is_counted_apart() -> None:
     def put(*texts: str) -> ModelRequest:
         return ModelRequest("critic", tuple(Message("user", text) for text in texts))
 
-    sent = Beginnings()
+    sent = PromptPrefixes()
     long = "Rules of a game. " * 1000
     assert sent.cached_tokens("m", put(long, "q")) == 0
     again = sent.cached_tokens("m", put(long, "another q", "more"))

@@ -9,8 +9,8 @@ from tests.agents.scripted import quiet
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import examine
 from text2sim.agents.attempt_report import AttemptReport, Choices
-from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.decision_faults import decision_faults
+from text2sim.agents.offered_cards import OfferedCards
 from text2sim.agents.replies import CasePlan, Decision
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source
@@ -60,10 +60,10 @@ def agreed() -> tuple[Agreement, list[tuple[str, Any]]]:
 
 def faults(answer: str, *, anew: bool = True, trials: int = 0, **report: Any) -> list[str]:
     decision = Decision.model_validate({"action": "repair", "why": "x"} | data(answer))
-    dealt = DealtCards(None, quiet)
+    offered = OfferedCards(None, quiet)
     agreement = agreed()[0]
     choices = Choices(anew, trials, {1: (CASE.replace("height: 1.0", "height: 1.5"), agreement)})
-    return decision_faults(decision, agreement, CASE, AttemptReport(**report), dealt, Path("case.yaml"), choices)
+    return decision_faults(decision, agreement, CASE, AttemptReport(**report), offered, Path("case.yaml"), choices)
 
 
 @pytest.mark.parametrize(
@@ -147,9 +147,9 @@ def test_a_fact_about_a_part_that_cannot_be_measured_goes_back() -> None:
     decision = Decision.model_validate(
         {"action": "repair", "why": "x"} | data("plan: {facts: {wish: [{moved: ball.seam, by: floor}]}}")
     )
-    dealt, agreement = DealtCards(None, quiet), agreed()[0]
+    offered, agreement = OfferedCards(None, quiet), agreed()[0]
     (wrong,) = decision_faults(
-        decision, agreement, CASE, AttemptReport(), dealt, Path("case.yaml"), Choices(), ["wish"]
+        decision, agreement, CASE, AttemptReport(), offered, Path("case.yaml"), Choices(), ["wish"]
     )
     assert wrong.startswith("/facts/wish: `ball` is one body without links") and "did you mean `ball`?" in wrong
 

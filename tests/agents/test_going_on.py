@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from tests.agents.scripted import quiet_loop
-from text2sim.agents.attempt import Attempt, best_of, unbettered
+from text2sim.agents.attempt import Attempt, best_of, stalled_best
 from text2sim.agents.conversation import RoleFailed
 from text2sim.agents.loop import AgentLoop
 from text2sim.agents.loop_result import LoopOutcome
@@ -92,7 +92,7 @@ def test_the_best_version_is_filmed_well_although_it_was_not_accepted(
     base: str, filmed: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     styled: list[int] = []
-    monkeypatch.setattr("text2sim.agents.loop.unbettered", lambda made, names: made[0])
+    monkeypatch.setattr("text2sim.agents.loop.stalled_best", lambda made, names: made[0])
     loop = quiet_loop(tmp_path)
     loop.history.base = base
     monkeypatch.setattr(loop, "_try_attempt", lambda attempt: None)
@@ -130,7 +130,7 @@ def test_the_best_version_is_filmed_well_when_attempts_run_out(
 def test_attempts_that_only_film_again_are_cheap(runs: list[str], ended: int | None) -> None:
     made = [Attempt(k, "", "", state="finished", run=run) for k, run in enumerate(["a", *runs], 1)]
     made[0].critique = {"verdict": "repair", "score": 90}
-    best = unbettered(made, ())
+    best = stalled_best(made, ())
     assert (best and best.number) == ended
 
 

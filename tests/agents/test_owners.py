@@ -17,9 +17,9 @@ from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import FROZEN_PARTS, examine, owner_of
 from text2sim.agents.attempt_report import AttemptReport, Choices
-from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.decision_faults import decision_faults, foreign_operations
 from text2sim.agents.existing_case import plan_of_case
+from text2sim.agents.offered_cards import OfferedCards
 from text2sim.agents.replies import SECTIONS, CasePlan, Decision, Fragments, Refer
 from text2sim.agents.section_writer import _patched
 from text2sim.lint.rules import EARLIER_RULES, RULES, Rule
@@ -29,7 +29,7 @@ from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.text.canonical import format_text
 from text2sim.spec_schema.text.document import pointer
 
-DECK = DealtCards(None, quiet)
+DECK = OfferedCards(None, quiet)
 WHY = "it is meant, for a test"
 
 

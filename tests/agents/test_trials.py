@@ -79,7 +79,7 @@ def test_after_two_rounds_of_trials_the_planner_has_to_decide(tmp_path: Path, mo
 
     attempt = Attempt(1, CASE, "first version", state="finished", wall=10.0)
     workshop: Any = SimpleNamespace(
-        agreement=agreed()[0], referred=[], dealt=SimpleNamespace(offer=lambda *given: ""), path=Path("case.yaml"),
+        agreement=agreed()[0], referred=[], offered=SimpleNamespace(offer=lambda *given: ""), path=Path("case.yaml"),
         emit=lambda *given, **what: None,
     )  # fmt: skip
     attempts, limits = Attempts(tmp_path), LoopLimits(minutes_left=lambda: 1.0)

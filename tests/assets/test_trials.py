@@ -79,8 +79,8 @@ def test_report_on_a_mechanism_of_the_language():
 
 
 def test_a_mechanism_is_drawn(arm: Path):
-    picture = np.asarray(Image.open(BytesIO(draw_preview(arm, size=(160, 120)))).convert("L"), float)
-    assert picture.shape == (120, 160)
+    picture = np.asarray(Image.open(BytesIO(draw_preview(arm))).convert("L"), float)
+    assert picture.shape == (480, 640)
     assert picture.min() < 200, "there is something darker than the ground"
 
 

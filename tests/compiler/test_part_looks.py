@@ -11,7 +11,7 @@ from text2sim.compiler.digests import render_digest, sim_digest
 from text2sim.compiler.emit import emit
 from text2sim.compiler.plan import Plan
 from text2sim.spec_schema.load import load_text
-from text2sim.templates.shading import parts_worn
+from text2sim.templates.shading import part_of_triangles
 
 SCULPT = """
       kind: sculpt
@@ -81,8 +81,8 @@ def test_a_turned_body_is_painted_as_it_was_turned() -> None:
     vertices = turn.apply(np.repeat(centers, 3, axis=0)) + pos
     faces = np.arange(len(vertices)).reshape(-1, 3)[::-1]
     file = BytesIO(plan.files["models/toy_looks.npz"])
-    worn = parts_worn(file, vertices, faces, pos, turn.as_quat(scalar_first=True))  # type: ignore[arg-type]
-    assert (worn == parts[::-1]).all(), "in whatever order a solver has them"
+    found = part_of_triangles(file, vertices, faces, pos, turn.as_quat(scalar_first=True))  # type: ignore[arg-type]
+    assert (found == parts[::-1]).all(), "in whatever order a solver has them"
 
 
 def test_another_colour_is_another_film_and_no_other_simulation() -> None:

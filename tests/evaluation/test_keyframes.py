@@ -135,7 +135,7 @@ def test_driven_bodies_are_listed_with_their_share_of_the_path(tmp_path: Path) -
     found = moved(tmp_path, record, bodies={"ball": BALL, "belt": driven})
     assert found.keyframed == {}
     assert found.driven["belt"] == pytest.approx(0.5)
-    assert "`belt` moves along a prescribed path (`driven`), 50 % of all ways" in found.rows()[0]
+    assert "`belt` moves along a prescribed path (`driven`), 50 % of all paths" in found.rows()[0]
 
 
 def test_a_cloth_whose_points_are_set_is_found(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from text2sim.evaluation.ledger import (
     CardDebt,
     CardRecord,
     check_split,
-    count_dealt_cards,
+    count_offered_cards,
     digest_of,
     read_ledger,
     record_card,
@@ -268,7 +268,7 @@ def test_who_was_given_which_card(tmp_path: Path) -> None:
     for k, cards in enumerate(({"planner": ["a"], "bodies": ["a", "b"]}, {}, {"critic": ["a"]})):
         (tmp_path / str(k) / "generation").mkdir(parents=True)
         (tmp_path / str(k) / "generation" / "run.json").write_text(json.dumps({"cards": cards}))
-    loops, dealt = count_dealt_cards([tmp_path, tmp_path / "0"])
+    loops, dealt = count_offered_cards([tmp_path, tmp_path / "0"])
     assert loops == 3
     assert dealt == {"a": 2, "b": 1}
 

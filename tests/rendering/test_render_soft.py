@@ -11,7 +11,7 @@ from text2sim.rendering.grains import Grains, surface_normals
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.soft import LiquidSurface, SoftSurface, hollows, is_clear, liquid_surface
 from text2sim.rendering.tears import Tears
-from text2sim.templates.patterns import Dress
+from text2sim.templates.patterns import Decoration
 
 pytestmark = pytest.mark.usefixtures("tracer")
 
@@ -90,9 +90,9 @@ def test_a_pattern_lies_on_a_cloth_and_bends_with_it(*, lying: bool) -> None:
     corner = (np.arange(4)[:, None] * 9 + np.arange(8)).ravel()
     faces = np.concatenate([np.c_[corner, corner + 1, corner + 10], np.c_[corner, corner + 10, corner + 9]])
     start = flat if lying else flat[:, [0, 2, 1]] @ np.array([[0.8, 0.6, 0], [-0.6, 0.8, 0], [0, 0, 1]])
-    dress = Dress("stripes", 1 / 16, (0.0, 0.0, 0.0))
+    decoration = Decoration("stripes", 1 / 16, (0.0, 0.0, 0.0))
     arrays = {"faces": faces, "uvs": flat[:, :2] / (2, 1)}
-    shape = SoftSurface("soft0", part("cloth", dress=dress), start, arrays).shapes(flat, flat)
+    shape = SoftSurface("soft0", part("cloth", decoration=decoration), start, arrays).shapes(flat, flat)
     seen = {"type": "orthographic", "film": {"type": "hdrfilm", "width": 64, "height": 64, "rfilter": {"type": "box"}}}
     look = mitsuba().ScalarTransform4f().look_at([1, 0.5, 1], [1, 0.5, 0], [0, 1, 0]).scale([0.5, 0.5, 1])
     scene = {"type": "scene", "light": {"type": "constant"}, "integrator": {"type": "direct"}}
@@ -109,7 +109,7 @@ def test_a_pattern_lies_on_what_deforms_as_on_a_rigid_body() -> None:
     corners = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
     faces = np.array([(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
                       (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)])  # fmt: skip
-    jelly = part("soft", dress=Dress("dots", 0.2))
+    jelly = part("soft", decoration=Decoration("dots", 0.2))
     jelly.row["solver"] = "mpm"
     surface, longer = SoftSurface("soft0", jelly, corners, {"faces": faces}), corners * (1.1, 1, 1)
     low, high = bounds(surface.shapes(longer, longer))

@@ -8,11 +8,11 @@ from pydantic import ValidationError
 
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.extents import extents
-from text2sim.rendering.dressing import dressed, shifted, toned
+from text2sim.rendering.decorating import decorated, shifted, toned
 from text2sim.rendering.meshes import presentable
 from text2sim.spec_schema.models.shapes import Compound
 from text2sim.templates.painting import painted, places
-from text2sim.templates.patterns import TILES, Dress, dress_in, tile
+from text2sim.templates.patterns import TILES, Decoration, decoration_in, tile
 from text2sim.templates.unfolding import unfold
 
 OWN = (0.7, 0.55, 0.35)
@@ -55,7 +55,7 @@ def test_tape_runs_over_the_middle_of_the_top_of_any_carton():
     for size in ((0.4, 0.2, 0.1), (0.2, 0.4, 0.1), (0.3, 0.3, 0.5)):
         mesh = box(np.array(size))
         flat = unfold(mesh.vertices, mesh.faces, mesh.normals, upright=True)
-        picture = painted(Dress("carton"), flat.sheets, OWN)
+        picture = painted(Decoration("carton"), flat.sheets, OWN)
         left, (width, _) = places(flat.sheets)
         top = flat.sheets[4]
         scale = picture.shape[1] / width
@@ -70,7 +70,7 @@ def test_tape_runs_over_the_middle_of_the_top_of_any_carton():
 
 def test_the_corner_of_each_face_has_its_own_place_in_metres():
     size = np.array([0.6, 0.4, 0.2])
-    mesh, layer, _ = dressed(box(size), Dress("carton"), OWN, np.eye(3))
+    mesh, layer, _ = decorated(box(size), Decoration("carton"), OWN, np.eye(3))
     assert np.allclose(layer.period[0], 2 * (0.4 + 0.6 + 0.6) + 5 * 0.02 * 0.6)
     a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
     looks = np.cross(b - a, c - a)
@@ -88,8 +88,8 @@ def test_a_turned_mesh_of_a_part_is_dressed_as_its_link_stands():
     upright = box(np.array([0.3, 0.2, 0.1]))
     turn = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])  # from the mesh's frame to the link's
     lying = presentable((CORNERS * (0.3, 0.2, 0.1)) @ turn, FACES)
-    a, layer_a, _ = dressed(upright, Dress("carton"), OWN, np.eye(3))
-    b, layer_b, _ = dressed(lying, Dress("carton"), OWN, turn)
+    a, layer_a, _ = decorated(upright, Decoration("carton"), OWN, np.eye(3))
+    b, layer_b, _ = decorated(lying, Decoration("carton"), OWN, turn)
     assert layer_a is layer_b, "equal bodies share their pictures"
     place = np.array([0.15, 0.1, 0.05])
     assert np.allclose(picked(layer_a, at(a, place)), picked(layer_b, at(b, place @ turn)))
@@ -98,8 +98,8 @@ def test_a_turned_mesh_of_a_part_is_dressed_as_its_link_stands():
 def test_staves_close_around_what_is_round():
     for turn in (np.eye(3), np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])):
         made = cylinder(0.2, 0.5)
-        mesh, layer, _ = dressed(
-            type(made)(made.vertices @ turn, made.faces, made.normals @ turn), Dress("planks"), OWN, np.eye(3)
+        mesh, layer, _ = decorated(
+            type(made)(made.vertices @ turn, made.faces, made.normals @ turn), Decoration("planks"), OWN, np.eye(3)
         )
         assert mesh.uvs is not None
         assert layer.unit is not None
@@ -135,7 +135,7 @@ def test_every_tile_is_seen():
 def test_writing_is_seen_and_read_from_left_to_right():
     mesh = box(np.array([0.2, 0.2, 0.2]))
     flat = unfold(mesh.vertices, mesh.faces, mesh.normals, upright=True)
-    picture = painted(Dress(text="L", ink=(0.0, 0.0, 0.0)), flat.sheets, OWN)
+    picture = painted(Decoration(text="L", ink=(0.0, 0.0, 0.0)), flat.sheets, OWN)
     left, (width, _) = places(flat.sheets)
     scale = picture.shape[1] / width
     first, many = round(left[3] * scale), round(0.2 * scale)
@@ -153,15 +153,15 @@ def test_copies_differ_a_little_and_always_by_the_same():
     assert len(set(tones.values())) == 3
     assert tones == {name: toned(OWN, name, "wood") for name in tones}
     assert all(np.abs(np.array(tone) / OWN - 1).max() <= 0.07 + 1e-9 for tone in tones.values())
-    mesh, layer, _ = dressed(box(np.array([0.6, 0.4, 0.2])), Dress("planks"), OWN, np.eye(3))
+    mesh, layer, _ = decorated(box(np.array([0.6, 0.4, 0.2])), Decoration("planks"), OWN, np.eye(3))
     away = shifted(mesh, "crate[1]", layer.unit).uvs - mesh.uvs
     assert np.allclose(away / layer.unit, np.round(away / layer.unit)), "joints stay at edges"
 
 
 def test_looks_without_pattern_have_no_dress():
-    assert dress_in({"color": [1, 1, 1], "finish": "wood"}) is None
-    made = dress_in({"pattern": {"kind": "dots", "size": None, "color": [1, 0, 0], "turned": False}})
-    assert made == Dress("dots", color=(1, 0, 0))
+    assert decoration_in({"color": [1, 1, 1], "finish": "wood"}) is None
+    made = decoration_in({"pattern": {"kind": "dots", "size": None, "color": [1, 0, 0], "turned": False}})
+    assert made == Decoration("dots", color=(1, 0, 0))
 
 
 def test_decor_is_drawn_and_neither_weighs_nor_touches():
@@ -184,7 +184,7 @@ def test_decor_is_drawn_and_neither_weighs_nor_touches():
 def test_the_rings_of_timber_are_on_its_sawn_ends_alone():
     mesh = cylinder(0.2, 1.0)
     flat = unfold(mesh.vertices, mesh.faces, mesh.normals, upright=True)
-    picture = painted(Dress("rings", color=(0.9, 0.8, 0.6)), flat.sheets, OWN)
+    picture = painted(Decoration("rings", color=(0.9, 0.8, 0.6)), flat.sheets, OWN)
     left, (width, _) = places(flat.sheets)
     start = round(left[1] / width * picture.shape[1])
     assert picture[:, : start - 2, 3].max() == 0, "bark stays on the side"
@@ -195,4 +195,4 @@ def test_the_rings_of_timber_are_on_its_sawn_ends_alone():
     assert inside.std(axis=0).min() > 0.02, "with rings"
     crate = box(np.ones(3))
     flat = unfold(crate.vertices, crate.faces, crate.normals, upright=True)
-    assert painted(Dress("rings"), flat.sheets, OWN)[..., 3].max() == 0, "a box has none"
+    assert painted(Decoration("rings"), flat.sheets, OWN)[..., 3].max() == 0, "a box has none"

@@ -24,8 +24,8 @@ def folder(tmp_path):
         np.savez(tmp_path / "states" / f"chunk_{chunk:05d}.npz", **{k: np.array(v) for k, v in arrays.items()})
     corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
     np.savez(tmp_path / "geometry" / "cube.npz", vertices=np.concatenate([corners, np.zeros((1, 3))]))
-    worn = {"mesh": "cube.npz", "pos": [2.0, 0, 0], "quat": [1, 0, 0, 0]}
-    index = {"0": [], "1": [worn], "2": [worn | {"pos": [0, 0, 0]}], "3": [worn | {"pos": [0, 0, 0]}]}
+    piece = {"mesh": "cube.npz", "pos": [2.0, 0, 0], "quat": [1, 0, 0, 0]}
+    index = {"0": [], "1": [piece], "2": [piece | {"pos": [0, 0, 0]}], "3": [piece | {"pos": [0, 0, 0]}]}
     (tmp_path / "geometry" / "index.json").write_text(json.dumps(index))
     return tmp_path
 

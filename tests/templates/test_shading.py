@@ -13,11 +13,11 @@ def test_a_box_has_flat_sides_and_a_ball_has_none():
     normals = shell.normals(np.asarray(box.vertices))
     assert np.sort(np.abs(normals), axis=1) == pytest.approx(np.tile([0, 0, 1], (len(normals), 1)), abs=1e-6)
     # Eight corners are drawn three times, the middles of twelve edges twice, the middles of six sides once.
-    assert len(shell.worn) == 8 * 3 + 12 * 2 + 6
+    assert len(shell.sources) == 8 * 3 + 12 * 2 + 6
     ball = trimesh.creation.icosphere(subdivisions=2)
     shell = Shell(np.asarray(ball.vertices), np.asarray(ball.faces))
-    assert len(shell.worn) == len(ball.vertices)
-    assert (shell.normals(np.asarray(ball.vertices)) * ball.vertices[shell.worn]).sum(axis=1).min() > 0.99
+    assert len(shell.sources) == len(ball.vertices)
+    assert (shell.normals(np.asarray(ball.vertices)) * ball.vertices[shell.sources]).sum(axis=1).min() > 0.99
 
 
 def test_normals_follow_a_surface_that_bends():
@@ -28,10 +28,10 @@ def test_normals_follow_a_surface_that_bends():
     shell = Shell(flat, faces)
     angle = np.pi * flat[:, 0]
     rolled = np.stack([np.sin(angle), flat[:, 1], 1 - np.cos(angle)], axis=1)
-    wanted = np.stack([-np.sin(angle), 0 * angle, np.cos(angle)], axis=1)[shell.worn]
-    inner = (flat[shell.worn][:, 0] > 0) & (flat[shell.worn][:, 0] < 1)
+    wanted = np.stack([-np.sin(angle), 0 * angle, np.cos(angle)], axis=1)[shell.sources]
+    inner = (flat[shell.sources][:, 0] > 0) & (flat[shell.sources][:, 0] < 1)
     assert (shell.normals(rolled) * wanted).sum(axis=1)[inner].min() > 0.99
-    assert len(shell.worn) == len(flat)
+    assert len(shell.sources) == len(flat)
 
 
 def test_a_seam_of_the_texture_is_not_seen_in_the_light():
@@ -39,8 +39,8 @@ def test_a_seam_of_the_texture_is_not_seen_in_the_light():
     vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.2], [1, 0, 0], [1, 1, 0], [0, 1, 0.2]], float)
     shell = Shell(vertices, np.array([[0, 1, 2], [3, 4, 5]]))
     normals = shell.normals(vertices)
-    assert sorted(shell.worn.tolist()) == [0, 1, 2, 3, 4, 5]
-    by_vertex = normals[np.argsort(shell.worn)]
+    assert sorted(shell.sources.tolist()) == [0, 1, 2, 3, 4, 5]
+    by_vertex = normals[np.argsort(shell.sources)]
     assert by_vertex[1] == pytest.approx(by_vertex[3])
     assert by_vertex[2] == pytest.approx(by_vertex[5])
 

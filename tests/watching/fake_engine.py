@@ -29,8 +29,8 @@ def record(out: Path, case: dict, *, frames: int) -> None:
     corners = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]])
     faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
     np.savez(geometry / "ball.npz", vertices=corners, faces=faces)
-    worn = {"mesh": "ball.npz", "pos": [0, 0, 0], "quat": [1, 0, 0, 0], "color": [1.0, 0.0, 0.0, 1.0]}
-    (geometry / "index.json").write_text(json.dumps({"1": [worn]}))
+    piece = {"mesh": "ball.npz", "pos": [0, 0, 0], "quat": [1, 0, 0, 0], "color": [1.0, 0.0, 0.0, 1.0]}
+    (geometry / "index.json").write_text(json.dumps({"1": [piece]}))
     time_ = np.arange(frames) * DT
     pos = np.zeros((frames, 2, 3), np.float32)
     pos[:, 1, 2] = case["bodies"]["ball"]["pose"]["pos"][2] - 4.9 * time_**2

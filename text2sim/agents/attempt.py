@@ -96,7 +96,7 @@ def best_of(made: Sequence[Attempt], names: Sequence[str]) -> Attempt:
     return max(made, key=lambda one: one.rank(names))
 
 
-def unbettered(made: Sequence[Attempt], names: Sequence[str]) -> Attempt | None:
+def stalled_best(made: Sequence[Attempt], names: Sequence[str]) -> Attempt | None:
     """Return the best attempt if all its expectations are true and enough later ones were no better; else None."""
     best = best_of(made, names)
     until = made.index(best) + 1

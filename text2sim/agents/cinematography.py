@@ -312,9 +312,9 @@ def recorded_text(recording: Any) -> str:
 def _light_row(name: str, light: Mapping[str, Any]) -> str:
     """Describe a light's position and brightness."""
     row = f"- light `{name}`: {light['kind']}, strength {light['strength']:.3g}"
-    if (way := light.get("direction")) is None:
+    if (direction := light.get("direction")) is None:
         return row
-    x, y, z = (part / hypot(*way) for part in way)
+    x, y, z = (part / hypot(*direction) for part in direction)
     return f"{row}, direction [{x:.2f}, {y:.2f}, {z:.2f}]: it stands {degrees(asin(-z)):.0f} deg high"
 
 

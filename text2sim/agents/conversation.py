@@ -13,7 +13,7 @@ from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.endpoint import Endpoint
 from text2sim.agents.models.exchange import Image, Message, ModelRequest
 from text2sim.agents.models.parsing import ReplyError, read_reply
-from text2sim.agents.models.tokens import Beginnings
+from text2sim.agents.models.tokens import PromptPrefixes
 from text2sim.spec_schema.errors import RunError, nearest
 
 T = TypeVar("T")
@@ -88,7 +88,7 @@ class Conversation:
         self._endpoints, self._log, self.account, self._budget = endpoints, log, account, budget
         self._emit, self._stop = emit, stop
         self._numbers: Counter[str] = Counter()
-        self._lock, self._beginnings = Lock(), Beginnings()
+        self._lock, self._prefixes = Lock(), PromptPrefixes()
         self.attempt = 0
         """Number of the attempt that calls are charged to."""
         self._overtime = 0.0
@@ -158,8 +158,10 @@ class Conversation:
                 reasons = error.reasons
             round_ += 1
             self._emit("answer_refused", role=role, round=round_, reasons=reasons[:MAX_LISTED_FAULTS])
-            way = ANSWER_WITH_CHANGES if isinstance(before, dict) and len(reply) > MIN_LENGTH_FOR_CHANGES else IN_FULL
-            messages += [Message("assistant", _echo(reply)), Message("user", _complaint(reasons, way))]
+            remedy = (
+                ANSWER_WITH_CHANGES if isinstance(before, dict) and len(reply) > MIN_LENGTH_FOR_CHANGES else IN_FULL
+            )
+            messages += [Message("assistant", _echo(reply)), Message("user", _complaint(reasons, remedy))]
         raise RoleFailed(role, reasons)
 
     def reply(self, role: str, messages: Sequence[Message]) -> str:
@@ -178,7 +180,7 @@ class Conversation:
         request = ModelRequest(role=role, messages=tuple(messages), number=number)
         reply = self._log.ask(self._endpoint(role), request, self._stop, attempt=self.attempt)
         with self._lock:
-            again = self._beginnings.cached_tokens(self._endpoint(role).name, request)
+            again = self._prefixes.cached_tokens(self._endpoint(role).name, request)
         self.account.add(role, self.attempt, reply, again)
         tokens = reply.tokens_in + reply.tokens_out
         self._emit("answered", live=True, role=role, number=number, tokens=tokens, seconds=reply.seconds)
@@ -239,9 +241,9 @@ def _describe_errors(error: ValidationError, model: type[BaseModel]) -> list[str
     return rows
 
 
-def _unknown_field(name: str, model: type[BaseModel], way: Sequence[Any]) -> str:
+def _unknown_field(name: str, model: type[BaseModel], path: Sequence[Any]) -> str:
     """Message about an unknown field, with the known fields and the nearest one."""
-    for step in way:
+    for step in path:
         inner = model.model_fields.get(str(step))
         found = _models_in(inner.annotation) if inner is not None else []
         model = found[0] if found else model
@@ -269,7 +271,7 @@ def apply_merge_patch(data: Any, changes: Any) -> Any:
     return made
 
 
-def _complaint(reasons: Sequence[str], way: str) -> str:
+def _complaint(reasons: Sequence[str], remedy: str) -> str:
     rows = "\n".join(f"- {' '.join(reason.split())[:600]}" for reason in reasons[:MAX_LISTED_FAULTS])
     more = f"\n- … and {len(reasons) - MAX_LISTED_FAULTS} more" if len(reasons) > MAX_LISTED_FAULTS else ""
-    return f"This cannot be used:\n\n{rows}{more}\n\n{way}\n"
+    return f"This cannot be used:\n\n{rows}{more}\n\n{remedy}\n"

@@ -8,7 +8,7 @@ from typing import Any
 from text2sim.agents.assembly import format_problem
 from text2sim.agents.contract import Contract
 from text2sim.agents.conversation import Conversation, RoleFailed, typed_parser
-from text2sim.agents.facts import Fact, false_facts
+from text2sim.agents.facts import Fact
 from text2sim.agents.judgement import Amendment, Critique, Failure, Patch
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.planning import Request
@@ -17,9 +17,8 @@ from text2sim.agents.requirements import requirement_rows, weighted_score
 from text2sim.agents.revising import most_that_hold, params_used, revised, with_patches_together
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
-from text2sim.revision.revise import RefusedPatch
 from text2sim.spec_schema.changes.patch import PatchError
-from text2sim.spec_schema.errors import Problem, SpecError
+from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
 
 CRITIC = ROLES["critic"]
@@ -126,18 +125,12 @@ def _patch_faults(patch: Patch, case: str, contract: Contract, path: Path) -> li
         revision = revised(case, path, patch.operations, patch.section)  # type: ignore[arg-type]
     except PatchError as error:
         return [str(error)]
-    except RefusedPatch as refused:
-        return [format_problem(problem) for problem in _most_severe(refused.problems)]
     except SpecError as error:
-        return [format_problem(problem) for problem in _most_severe(error.problems)]
+        return [format_problem(problem) for problem in error.problems if problem.severity == "error"][:4]
     messages = [message for _, message in contract.breaches(load_text(revision.text, path))]
     if messages and patch.section == "plan":
         messages.append(FIXED_PARAMETER)
     return messages
-
-
-def _most_severe(problems: Sequence[Problem]) -> list[Problem]:
-    return [problem for problem in problems if problem.severity == "error"][:4]
 
 
 def _faults(critique: Critique, request: Request, exhibit: Exhibit, contract: Contract, path: Path) -> list[str]:
@@ -192,7 +185,7 @@ def _short_of(critique: Critique, request: Request) -> list[str]:
 
 def _by_the_facts(critique: Critique, facts: Sequence[Fact]) -> Critique:
     """A copy of a judgement in which requirements contradicted by a fact are not met."""
-    against = false_facts(facts)
+    against = {fact.requirement: fact.told for fact in facts if fact.ok is False}
     marks = {
         name: row.model_copy(update={"mark": 0.5, "why": against[name]}) if name in against and row.mark == 1 else row
         for name, row in critique.requirements.items()
@@ -235,9 +228,9 @@ def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: C
     whole = all(marks.get(name, 0.0) >= one.needed for name, one in request.requirements.items())
     passed = critique.verdict == "pass" and not exhibit.missed and whole
     verdict = "repair" if critique.verdict == "pass" and not passed else critique.verdict
-    found = weighted_score(request.requirements, marks) if request.requirements else critique.score
+    score = weighted_score(request.requirements, marks) if request.requirements else critique.score
     return critique.model_copy(
-        update={"patches": patches, "refused": refused, "failures": failures, "verdict": verdict, "score": found}
+        update={"patches": patches, "refused": refused, "failures": failures, "verdict": verdict, "score": score}
     )
 
 

@@ -10,10 +10,10 @@ from text2sim.agents.attempts import Attempts
 from text2sim.agents.conversation import RoleFailed, Wrong, typed_parser
 from text2sim.agents.critic_view import what_holds
 from text2sim.agents.criticism import decision_to_film
-from text2sim.agents.dealt_cards import failure_signatures
 from text2sim.agents.decision_faults import decision_faults
 from text2sim.agents.history import History
 from text2sim.agents.loop_result import LoopLimits
+from text2sim.agents.offered_cards import failure_signatures
 from text2sim.agents.planning import PLANNER, plan_text
 from text2sim.agents.rehearsal import RESERVED_NAMES
 from text2sim.agents.replies import Decision, Route
@@ -62,7 +62,7 @@ class Deciding:
         failures = [failure["what"] for failure in critique.get("failures", ())]
         text = " ".join([*report.problems, *failures, critique.get("summary", ""), attempt.state])
         shows = {*report.rules, attempt.state, *failure_signatures(plan.checks, attempt.expect, attempt.evidence)}
-        offer = workshop.dealt.offer(text, plan.mode, shows, plan_text(plan))
+        offer = workshop.offered.offer(text, plan.mode, shows, plan_text(plan))
         report.referred, workshop.referred = workshop.referred, []
         report.left, minutes = self.history.time_left()
         tryable = not before_run and not report.problems
@@ -130,7 +130,14 @@ class Deciding:
 
         def faults(decision: Decision) -> list[str]:
             return decision_faults(
-                decision, agreement, attempt.text, report, workshop.dealt, workshop.path, choices, request.requirements
+                decision,
+                agreement,
+                attempt.text,
+                report,
+                workshop.offered,
+                workshop.path,
+                choices,
+                request.requirements,
             )
 
         def check(decision: Decision) -> None:

@@ -18,7 +18,7 @@ from text2sim.spec_schema.changes.patch import PatchError, same
 from text2sim.spec_schema.errors import SpecError
 
 if TYPE_CHECKING:
-    from text2sim.agents.dealt_cards import DealtCards
+    from text2sim.agents.offered_cards import OfferedCards
 
 
 def decision_faults(
@@ -26,7 +26,7 @@ def decision_faults(
     agreement: Agreement,
     case: str,
     report: AttemptReport,
-    dealt: "DealtCards",
+    cards: "OfferedCards",
     path: Path,
     choices: Choices,
     requirements: Collection[str] = (),
@@ -38,7 +38,7 @@ def decision_faults(
         agreement: The plan and its contract.
         case: Text of the attempt.
         report: Report on the attempt.
-        dealt: The Debug Cards.
+        cards: The Debug Cards.
         path: Path of the case file.
         choices: What the Planner may choose from.
         requirements: Names of the requirements, for facts that the decision adds to the plan.
@@ -69,7 +69,7 @@ def decision_faults(
         wrong.append("/trials: they need `action: try`")
     wrong += _waiver_faults(decision, report)
     for number, route in enumerate(decision.routes):
-        wrong += [f"/routes/{number}{row}" for row in card_faults({route.section: route.cards}, dealt)]
+        wrong += [f"/routes/{number}{row}" for row in card_faults({route.section: route.cards}, cards)]
     wrong += [
         f"/params/{n}: expressions know this name; choose another" for n in decision.params if n in RESERVED_NAMES
     ]

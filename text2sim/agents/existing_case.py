@@ -114,9 +114,9 @@ def _opened(loop: AgentLoop, text: str, opening: Opening) -> str:
         measures=checks.measures | opening.checks.measures, events=checks.events | opening.checks.events, expect=expect
     )  # fmt: skip
     for part in ("measures", "events"):
-        given, there = getattr(opening.checks, part), getattr(checks, part)
-        for name in sorted(n for n in given.keys() & there.keys() if not same(given[n], there[n])):
-            loop.agreement.report_restated(f"{part} `{name}` was {there[name]}, is {given[name]} ({opening.why})")
+        given, present = getattr(opening.checks, part), getattr(checks, part)
+        for name in sorted(n for n in given.keys() & present.keys() if not same(given[n], present[n])):
+            loop.agreement.report_restated(f"{part} `{name}` was {present[name]}, is {given[name]} ({opening.why})")
     says = {name: row for name, row in loop.agreement.plan.says.items() if name in expect} | opening.says
     plan = loop.agreement.plan.model_copy(
         update={

@@ -89,11 +89,6 @@ def facts_as_data(facts: Iterable[Fact]) -> list[dict[str, Any]]:
     return [asdict(fact) for fact in facts]
 
 
-def false_facts(facts: Iterable[Fact]) -> dict[str, str]:
-    """Return the false facts, by requirement."""
-    return {fact.requirement: fact.told for fact in facts if fact.ok is False}
-
-
 def claim_faults(claims: Claims, requirements: Iterable[str], bodies: Iterable[str]) -> list[str]:
     """Describe the unknown names in a plan's claims.
 
@@ -271,11 +266,11 @@ def _has_moved(claim: Claim, run: JudgedRun) -> FactAnswer:
         return False, f"`{claim.by}` never touches `{claim.moved}`"
     touched = rows[0]["between"][0 if rows[0]["between"][0] in names else 1]
     at = float(rows[0]["time"])
-    (way, turn), (more, further) = _motion(run.recording, names[touched], at)
-    ok = (more > MIN_DISPLACEMENT and more > MIN_MOTION_RATIO * way) or (
+    (moved, turn), (more, further) = _motion(run.recording, names[touched], at)
+    ok = (more > MIN_DISPLACEMENT and more > MIN_MOTION_RATIO * moved) or (
         further > MIN_ROTATION_DEG and further > MIN_MOTION_RATIO * turn
     )
-    before, after = f"{way:.2g} m and {turn:.2g} deg", f"{more:.2g} m and {further:.2g} deg"
+    before, after = f"{moved:.2g} m and {turn:.2g} deg", f"{more:.2g} m and {further:.2g} deg"
     if ok and at <= FROM_THE_START * run.recording.states.dt:
         return None, f"`{claim.by}` touches `{touched}` from the start: its touch tells nothing"
     return ok, f"`{claim.by}` first touches `{touched}` at {at:.3g} s, which moved {before} before, {after} after"
@@ -305,10 +300,10 @@ def _motion(
     spans = []
     # At the recorded time of a touch, its impulse has acted already, so the span after it begins one frame earlier.
     for rows in (slice(0, max(split, 1)), slice(max(split - 1, 0), None)):
-        way = float(np.linalg.norm(places[rows] - places[rows][0], axis=1).max())
+        distance = float(np.linalg.norm(places[rows] - places[rows][0], axis=1).max())
         turn = 0.0
         if turns is not None:
             cosine = np.abs(turns[rows] @ turns[rows][0]).min()
             turn = float(np.degrees(2 * np.arccos(min(cosine, 1.0))))
-        spans.append((way, turn))
+        spans.append((distance, turn))
     return spans[0], spans[1]

@@ -350,9 +350,7 @@ def shapes_of(body: str) -> tuple[str, ...]:
     (section,) = _sections(("`bodies`: the actors",))
     model = Static if body == "static" else section_kinds(section.models).get(body)
     field = None if model is None else model.model_fields.get("shape")
-    if field is None:
-        return ()
-    return tuple(slot_of(field.annotation, field.metadata).models)
+    return () if field is None else tuple(slot_of(field.annotation, field.metadata).models)
 
 
 def mount_kinds() -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import Examination, case_text
-from text2sim.agents.attempt import Attempt, best_of, unbettered
+from text2sim.agents.attempt import Attempt, best_of, stalled_best
 from text2sim.agents.attempt_report import AttemptReport
 from text2sim.agents.attempts import DURATION_RULE, Attempts
 from text2sim.agents.cinematography import Cinematography, best_treatment
@@ -16,13 +16,13 @@ from text2sim.agents.contract import Contract
 from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed
 from text2sim.agents.critic_view import critic_exhibit, with_effects
 from text2sim.agents.criticism import criticise
-from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.deciding import Deciding
 from text2sim.agents.history import History
 from text2sim.agents.journal import Emit
 from text2sim.agents.loop_result import LoopLimits, LoopOutcome, State, impossible_parts
 from text2sim.agents.mending import Mending
 from text2sim.agents.models.exchange import ModelError, StoppedError
+from text2sim.agents.offered_cards import OfferedCards
 from text2sim.agents.planning import Request, TriedPlan, make_plan
 from text2sim.agents.rehearsal import held_at_start
 from text2sim.agents.replies import CasePlan, Fragments
@@ -46,21 +46,21 @@ class AgentLoop:
         case: The case folder.
         request: The request.
         chat: The conversation with the models.
-        dealt: The Debug Cards.
+        offered: The Debug Cards.
         emit: Callback for journal events.
         limits: Bounds of attempts and time.
     """
 
     def __init__(
-        self, case: Path, request: Request, chat: Conversation, dealt: DealtCards, emit: Emit, limits: LoopLimits
+        self, case: Path, request: Request, chat: Conversation, offered: OfferedCards, emit: Emit, limits: LoopLimits
     ) -> None:
         self.case, self.path = case, case / "case.yaml"
-        self.chat, self.dealt, self.emit, self.limits = chat, dealt, emit, limits
+        self.chat, self.offered, self.emit, self.limits = chat, offered, emit, limits
         self.progress = lambda now: emit("progress", live=True, phase=now.phase, t=now.t, duration=now.duration)
         self.attempts = Attempts(case)
         self.history = History(self.attempts, limits)
         nothing_yet = Agreement(CasePlan.model_construct(name=case.name, event="", checks=Fragments()), emit)
-        self.workshop = Workshop(chat, dealt, nothing_yet, request, self.path, emit, left=self.history.left)
+        self.workshop = Workshop(chat, offered, nothing_yet, request, self.path, emit, left=self.history.left)
         self.mending = Mending(self.workshop)
         self.deciding = Deciding(self.workshop, self.history, self.attempts, limits, self.progress)
         self.style = False
@@ -89,7 +89,7 @@ class AgentLoop:
     def _generated(self) -> LoopOutcome:
         self.emit("stage", name="plan")
         self.require(extract_requirements(self.chat, self.request.text, self.request.images))
-        plan = make_plan(self.chat, self.request, self.dealt, self.path)
+        plan = make_plan(self.chat, self.request, self.offered, self.path)
         self.agreement.adopt_plan(plan, plan.checks.expect)
         self._emit_plan(plan)
         if plan.possible == "no":
@@ -103,14 +103,14 @@ class AgentLoop:
         self.workshop.request = replace(self.request, requirements=requirements)
         self.emit("requirements", rows={name: one.what for name, one in requirements.items()})
 
-    def ending(self, way: Callable[[], LoopOutcome]) -> LoopOutcome:
+    def ending(self, attempt_it: Callable[[], LoopOutcome]) -> LoopOutcome:
         """Run an entry point of the loop, and turn whatever ends it into an outcome.
 
         Raises:
             KeyboardInterrupt: If the user stopped it.
         """
         try:
-            return way()
+            return attempt_it()
         except BudgetSpent as spent:
             return self.outcome("spent", str(spent))
         except StoppedError:
@@ -158,12 +158,12 @@ class AgentLoop:
             if self.agreement.plan.possible == "partly":
                 return self.outcome("accepted_in_part", f"{came_true}, as far as it is possible")
             return self.outcome("accepted", came_true)
-        made, names = self.history.made, self.agreement.names
-        if (best := unbettered(made, names)) is not None:
+        attempts, names = self.history.made, self.agreement.names
+        if (best := stalled_best(attempts, names)) is not None:
             if not self.history.base:
                 self._choose_film(best)
             return self.outcome("gave_up", f"the attempts after {best.number} brought nothing better")
-        best = best_of(made, names)
+        best = best_of(attempts, names)
         filmed = best.sound(names) and not self.history.base
         left, reserve = self.limits.minutes_left(), STYLE_MINUTES if filmed and self.style else 0.0
         why = f"{attempt.number} attempts were made" if attempt.number >= self.limits.attempts else ""
@@ -180,14 +180,14 @@ class AgentLoop:
         if not self.style:
             return
         self.emit("stage", name="style")
-        way = Cinematography(self.chat, self.request.text, self.path, self.case / attempt.run, self.emit)
-        attempt.text = best_treatment(way, attempt.text, self.attempts.refilm, self.path, self.emit)
+        cinematography = Cinematography(self.chat, self.request.text, self.path, self.case / attempt.run, self.emit)
+        attempt.text = best_treatment(cinematography, attempt.text, self.attempts.refilm, self.path, self.emit)
 
     def _planned_anew(self, why: str) -> CasePlan:
         """Have a new plan made, once; the expectations stay."""
         self.emit("stage", name="plan")
         tried = TriedPlan(why, self.history.rows(), self.agreement.plan, self.agreement.first, self.history.left())
-        plan = make_plan(self.chat, replace(self.request, minutes=None), self.dealt, self.path, tried)
+        plan = make_plan(self.chat, replace(self.request, minutes=None), self.offered, self.path, tried)
         if plan.possible != "no":
             self.agreement.replace_plan(plan)
         self._emit_plan(plan)

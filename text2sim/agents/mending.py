@@ -154,8 +154,8 @@ class Mending:
             self.emit("mending", number=attempt.number, problems=[row for rows in owners.values() for row in rows][:20])
             again, referred = self.workshop.fix_sections(now, owners, LEFT_OUT_INSTRUCTION)
             self.workshop.referred += [row for rows in referred.values() for row in rows]
-            kept, made = self._hold_together(now, again)
-            adopted = made or adopted
+            kept, case = self._hold_together(now, again)
+            adopted = case or adopted
             for name, data in sections_changed(now, again).items():
                 if name not in kept:
                     self.workshop.referred.append(f"{name}: {'; '.join(self._why_left_out(now, name, data))}")

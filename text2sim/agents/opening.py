@@ -40,18 +40,18 @@ def open_case(
         keep: Whether all its expectations must stay.
         left: Sentence with the attempts and time left.
     """
-    there = agreement.plan.checks
+    checks = agreement.plan.checks
 
     def check(opening: Opening) -> None:
         wrong = limit_faults(opening, request.requirements)
         if opening.possible != "no" and not (opening.routes or opening.params or opening.patch):
             wrong.append("/routes: say which Writer does what")
-        wrong += [f"/drop: there is no expectation `{name}`" for name in opening.drop if name not in there.expect]
+        wrong += [f"/drop: there is no expectation `{name}`" for name in opening.drop if name not in checks.expect]
         wrong += [f"/drop/{name}: what the case expects stays; mend the case" for name in opening.drop if keep]
         wrong += [
             f"/checks/expect/{name}: there is one of this name"
             for name in opening.checks.expect
-            if name in there.expect
+            if name in checks.expect
         ]
         wrong += [
             f"/says/{name}: say which sentence it stands for"

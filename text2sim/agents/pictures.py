@@ -212,10 +212,10 @@ def _left_out(run: Path) -> str:
     """Describe the looks that a preview does not show."""
     try:
         looks = json.loads((run / "program" / "looks.json").read_text("utf-8"))
-        worn = {name: _unshown(look) for name, look in looks.items()}
+        unshown = {name: _unshown(look) for name, look in looks.items()}
     except (OSError, ValueError, TypeError, AttributeError):
-        worn = {}
-    rows = [f"{words} of `{name}`" for name, words in worn.items() if words][:MAX_NAMED_LOOKS]
+        unshown = {}
+    rows = [f"{words} of `{name}`" for name, words in unshown.items() if words][:MAX_NAMED_LOOKS]
     some = f", so also {'; '.join(rows)}" if rows else ""
     return (
         "The frames are of the preview, which leaves out shadows, the place around, finishes, patterns and labels"

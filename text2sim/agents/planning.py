@@ -9,9 +9,9 @@ from text2sim.agents import language
 from text2sim.agents.assembly import FROZEN_PARTS
 from text2sim.agents.contract import weakened_bounds
 from text2sim.agents.conversation import Conversation, Wrong, typed_parser
-from text2sim.agents.dealt_cards import MAX_DEALT_CARDS
 from text2sim.agents.facts import claim_faults
 from text2sim.agents.models.exchange import Image
+from text2sim.agents.offered_cards import MAX_GIVEN_CARDS
 from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.rehearsal import MODES, plan_faults
 from text2sim.agents.replies import SECTIONS, Asset, CasePlan, Fragments, Opening, PlannedBody, PlanPatch
@@ -20,7 +20,7 @@ from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
 
 if TYPE_CHECKING:
-    from text2sim.agents.dealt_cards import DealtCards
+    from text2sim.agents.offered_cards import OfferedCards
 
 PLANNER = ROLES["planner"]
 BLIND_NOTE = "You cannot see these pictures: go by the words, and say under `assumptions` what you took them to show."
@@ -59,14 +59,14 @@ MAX_PLAN_ANSWERS = 6
 
 
 def make_plan(
-    chat: Conversation, request: Request, dealt: "DealtCards", path: Path, tried: TriedPlan | None = None
+    chat: Conversation, request: Request, offered: "OfferedCards", path: Path, tried: TriedPlan | None = None
 ) -> CasePlan:
     """Ask the Planner for a plan; it may read some pages first.
 
     Args:
         chat: The conversation with the models.
         request: The request.
-        dealt: The cards.
+        offered: The cards.
         path: Future path of the case file.
         tried: Result of the earlier plan, if this is a new one.
     """
@@ -83,11 +83,11 @@ def make_plan(
         vocabulary=language.vocabulary(),
         rules=language.rules(brief=True),
         pages=language.to_plan_with(),
-        cards=dealt.card_ids(),
+        cards=offered.card_ids(),
         modes=", ".join(MODES),
     )
-    read = typed_parser(CasePlan, lambda plan: _check_plan(plan, dealt, path, request.requirements, tried))
-    more = PageRequests(dealt.pages)
+    read = typed_parser(CasePlan, lambda plan: _check_plan(plan, offered, path, request.requirements, tried))
+    more = PageRequests(offered.pages)
     plan = chat.ask("planner", system, question, read, request.images, read_pages=more, rounds=MAX_PLAN_ANSWERS)
     # Only the causes of the most important effects are tested.
     importance = {name: requirement.importance for name, requirement in request.requirements.items()}
@@ -107,7 +107,7 @@ def _tried_plan_text(tried: TriedPlan | None) -> str:
 
 
 def _check_plan(
-    plan: CasePlan, dealt: "DealtCards", path: Path, requirements: Requirements, tried: TriedPlan | None
+    plan: CasePlan, offered: "OfferedCards", path: Path, requirements: Requirements, tried: TriedPlan | None
 ) -> None:
     if plan.possible == "no":
         if not plan.why:
@@ -136,7 +136,7 @@ def _check_plan(
         same_names = {name: row for name, row in plan.checks.expect.items() if name in tried.first.expect}
         wrong += weakened_bounds(tried.first.expect, same_names)
     wrong += claim_faults(plan.facts, requirements, plan.bodies)
-    wrong += card_faults(plan.cards, dealt)
+    wrong += card_faults(plan.cards, offered)
     wrong += plan_faults(plan, path)
     if wrong:
         raise Wrong(wrong)
@@ -188,13 +188,15 @@ def asset_faults(assets: Iterable[Asset], bodies: Mapping[str, PlannedBody]) -> 
     return wrong
 
 
-def card_faults(cards: Mapping[str, Sequence[str]], dealt: "DealtCards") -> list[str]:
+def card_faults(cards: Mapping[str, Sequence[str]], offered: "OfferedCards") -> list[str]:
     """Describe the unknown roles and card ids of a plan."""
     wrong = [f"/cards/{role}: there is no Writer `{role}`" for role in cards if role not in SECTIONS]
     for role, ids in cards.items():
-        if len(ids) > MAX_DEALT_CARDS:
-            wrong.append(f"/cards/{role}: {MAX_DEALT_CARDS} cards at most go with one question")
-        wrong += [f"/cards/{role}: there is no card `{card}`" for card in ids if dealt.dealing and not dealt.has(card)]
+        if len(ids) > MAX_GIVEN_CARDS:
+            wrong.append(f"/cards/{role}: {MAX_GIVEN_CARDS} cards at most go with one question")
+        wrong += [
+            f"/cards/{role}: there is no card `{card}`" for card in ids if offered.in_use and not offered.has(card)
+        ]
     return wrong
 
 

@@ -68,10 +68,10 @@ def _in_terms_of_plan(problems: Iterable[Problem]) -> Iterator[str]:
     for problem in problems:
         for ours, plans in _PATH_PREFIXES:
             if problem.severity == "error" and problem.rule not in IGNORED_RULES and problem.path.startswith(ours):
-                way = f"; taken are {', '.join(RESERVED_NAMES)}" if problem.rule == "taken-name" else ""
-                way = PART_REMEDY if problem.rule == "unknown-link" else way
+                remedy = f"; taken are {', '.join(RESERVED_NAMES)}" if problem.rule == "taken-name" else ""
+                remedy = PART_REMEDY if problem.rule == "unknown-link" else remedy
                 where = f"{plans}{problem.path.removeprefix(ours)}"
-                yield f"{where}: {problem.message}{_hint(problem)}{way} [{problem.rule}]"
+                yield f"{where}: {problem.message}{_hint(problem)}{remedy} [{problem.rule}]"
 
 
 def _hint(problem: Problem) -> str:
@@ -153,8 +153,8 @@ def _word_faults(plan: CasePlan) -> Iterator[str]:
     words += [(f"/briefs/{section}", line) for section, line in plan.briefs.items()]
     known = {*plan.params, *COPY_VARIABLES, NUMBER}
     if NUMBER in plan.params:  # an error as soon as a Writer uses `repeat`
-        way = f"choose another name; taken are {', '.join(RESERVED_NAMES)} [taken-name]"
-        yield f"/params/{NUMBER}: `{NUMBER}` is the number of an entry with repeat; {way}"
+        remedy = f"choose another name; taken are {', '.join(RESERVED_NAMES)} [taken-name]"
+        yield f"/params/{NUMBER}: `{NUMBER}` is the number of an entry with repeat; {remedy}"
     for where, text in words:
         if "${" not in text:
             continue

@@ -161,8 +161,8 @@ def _kinds_there(data: Any) -> set[str]:
         return {kind for row in data for kind in _kinds_there(row)}
     if not isinstance(data, Mapping):
         return set()
-    mine = {str(data["kind"])} if isinstance(data.get("kind"), str) else set()
-    return mine.union(*(_kinds_there(row) for row in data.values()))
+    kinds = {str(data["kind"])} if isinstance(data.get("kind"), str) else set()
+    return kinds.union(*(_kinds_there(row) for row in data.values()))
 
 
 def _quoted(problems: str) -> str:
@@ -177,7 +177,7 @@ def plan_for(section: str, plan: CasePlan) -> str:
         data["mode"] = plan.mode
     if plan.params:
         data["params"] = plan.params
-    mine = {"scene": ("static",), "bodies": ()}.get(section)
+    always = {"scene": ("static",), "bodies": ()}.get(section)
     bodies = {}
     cut = section in GIST_SECTIONS and sum(len(body.what) for body in plan.bodies.values()) > MAX_GISTS_LENGTH
     for name, body in plan.bodies.items():
@@ -185,7 +185,7 @@ def plan_for(section: str, plan: CasePlan) -> str:
         # Render and Action Writers need short descriptions; the Scene Writer needs only the kinds of moving bodies.
         if cut and len(body.what) > MAX_GIST_LENGTH:
             row["what"] = gist(body.what, MAX_GIST_LENGTH)
-        bodies[name] = {"kind": body.kind} if mine and body.kind not in mine else row
+        bodies[name] = {"kind": body.kind} if always and body.kind not in always else row
     data["bodies"] = bodies
     if section != "render":
         data["shared"] = plan.shared

@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 from text2sim.agents.conversation import Conversation
-from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.existing_case import amend
 from text2sim.agents.inputs import add_inputs, copy_input, describe_assets, probe_joints
 from text2sim.agents.journal import Journal, Listener
@@ -28,6 +27,7 @@ from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.endpoint import Endpoint
 from text2sim.agents.models.endpoint import endpoint_of as _endpoint_of
 from text2sim.agents.models.exchange import Image
+from text2sim.agents.offered_cards import OfferedCards
 from text2sim.agents.planning import Request
 from text2sim.agents.roles import ROLES
 from text2sim.agents.yaml_text import yaml_text
@@ -160,19 +160,19 @@ class Session:
 
         def report(event: str, what: dict[str, Any]) -> None:
             if event in ("planned", "ran", "judged", "decided"):
-                self._write(loop, dealt, None, budget)  # a kill must not refund the minutes used
+                self._write(loop, offered, None, budget)  # a kill must not refund the minutes used
             listener(event, what)
 
         journal = Journal(self.folder / "journal.jsonl", report)
         endpoints = {role: endpoint_of(spec, self.case) for role, spec in wish.models.items()}
         chat = Conversation(endpoints, CallLog(self.folder / "calls"), self.account, budget, journal, stop)
-        dealt = DealtCards(_library() if wish.cards else None, journal)
+        offered = OfferedCards(_library() if wish.cards else None, journal)
         files = [self.folder / "inputs" / name for name in wish.images]
         images = tuple(Image(file.name, IMAGES[file.suffix.lower()], file.read_bytes()) for file in files)
         probe_joints(self.case, wish.inputs, journal)
         request = Request(wish.text, images, describe_assets(self.case, wish.inputs), minutes=wish.planned_minutes)
         loop = AgentLoop(
-            self.case, request, chat, dealt, journal, LoopLimits(wish.attempts, wish.sim_timeout, budget.minutes_left)
+            self.case, request, chat, offered, journal, LoopLimits(wish.attempts, wish.sim_timeout, budget.minutes_left)
         )
         loop.style, loop.prewarm = wish.style, prewarm
         outcome: LoopOutcome | None = None
@@ -183,9 +183,9 @@ class Session:
                 outcome = amend(loop, wish.base, run_first=wish.kind == "repair")
             return outcome
         finally:
-            self._write(loop, dealt, outcome, budget)
+            self._write(loop, offered, outcome, budget)
 
-    def _write(self, loop: AgentLoop, dealt: DealtCards, outcome: LoopOutcome | None, budget: Budget) -> None:
+    def _write(self, loop: AgentLoop, offered: OfferedCards, outcome: LoopOutcome | None, budget: Budget) -> None:
         best = outcome.best if outcome else None
         record = {
             "state": outcome.state if outcome else "interrupted",
@@ -206,7 +206,7 @@ class Session:
                 }
                 for one in loop.history.made
             ],
-            "cards": {role: sorted(cards) for role, cards in dealt.dealt.items()},
+            "cards": {role: sorted(cards) for role, cards in offered.offered.items()},
             "models": self.wish.models,
             "minutes": round(budget.minutes_used, 3),
             "account": self.account.as_dict(),

@@ -11,8 +11,8 @@ from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import whole_actions
 from text2sim.agents.asset_agents import Supplies, make_asset, merge_supplies
 from text2sim.agents.conversation import Conversation, RoleFailed
-from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.journal import Emit
+from text2sim.agents.offered_cards import OfferedCards
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import SECTIONS, Asset, Refer, Route
 from text2sim.agents.section_writer import Change, Unchanged, change_section, write_section
@@ -29,7 +29,7 @@ class Workshop:
     """Coordinator of the Writers."""
 
     chat: Conversation
-    dealt: DealtCards
+    offered: OfferedCards
     agreement: Agreement
     request: Request
     path: Path
@@ -53,7 +53,7 @@ class Workshop:
         words, left = "\n".join(f"- {row}" for row in supplies.words), self.left()
 
         def write(section: str) -> dict[str, Any]:
-            cards = self.dealt.deal(section, plan.cards.get(section, ()), "first version")
+            cards = self.offered.give(section, plan.cards.get(section, ()), "first version")
             now = "" if section == "render" else left
             return write_section(self.chat, section, plan, asked, words, cards, self.path, supplies.shapes, now)
 
@@ -106,7 +106,7 @@ class Workshop:
             own = [route for route in routes if route.section == section]
             if own:
                 instruction = "\n".join(route.instruction for route in own)
-                cards = self.dealt.deal(section, [card for route in own for card in route.cards], instruction[:80])
+                cards = self.offered.give(section, [card for route in own for card in route.cards], instruction[:80])
                 work[section] = Change(instruction, cards=cards, keep=keep, left=left)
         text, referrals = self._change_sections(text, work)
         self.referred += self.refusals()

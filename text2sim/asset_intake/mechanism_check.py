@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
 
 SCENE = {"duration": 1.0}
+PREVIEW_SIZE = (640, 480)
+"""Width and height [pixels]."""
 
 
 @dataclass(frozen=True)
@@ -82,22 +84,19 @@ def check_mechanism(what: Path | Mapping[str, Any], folder: Path | None = None) 
     return report_of(resolve_subject(Subject.of(what, folder)))
 
 
-def draw_preview(
-    what: Path | Mapping[str, Any], folder: Path | None = None, size: tuple[int, int] = (640, 480)
-) -> bytes:
+def draw_preview(what: Path | Mapping[str, Any], folder: Path | None = None) -> bytes:
     """Return a picture of a mechanism at its start, as a PNG.
 
     Args:
         what: An MJCF or URDF file, or the data of an `articulated` body.
         folder: The folder with all of its files; that of the file if None.
-        size: Width and height of the picture [pixels].
 
     Raises:
         AssetError: if it cannot be used.
     """
     from text2sim.drawing.portrait import portrait
 
-    return portrait(resolve_subject(Subject.of(what, folder)), size)
+    return portrait(resolve_subject(Subject.of(what, folder)), PREVIEW_SIZE)
 
 
 def resolve_subject(subject: Subject) -> "Resolution":

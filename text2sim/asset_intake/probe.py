@@ -163,17 +163,15 @@ def _selector_of(signal: _Signal) -> str:
 
 def _drive(signal: _Signal) -> dict[str, Any]:
     motor, drive = signal.motor, {"kind": "drive", "joint": _selector_of(signal)}
-    times = [signal.begin, signal.begin + JOINT_TIME / 2]
+    begin, end = signal.begin, signal.begin + JOINT_TIME
     if motor.stiffness > 0:
-        values = [signal.start, signal.start + signal.target]
+        times, values = [begin, begin + JOINT_TIME / 2], [signal.start, signal.start + signal.target]
         return drive | {"position": {"kind": "piecewise", "times": times, "values": values}}
     if motor.damping > 0:
         speed = signal.target / JOINT_TIME
-        return drive | {
-            "velocity": {"kind": "steps", "times": [times[0], times[0] + JOINT_TIME], "values": [speed, 0.0]}
-        }
+        return drive | {"velocity": {"kind": "steps", "times": [begin, end], "values": [speed, 0.0]}}
     force = math.copysign(min(0.2 * (motor.max_force or 5.0), 1.0), signal.target)
-    return drive | {"force": {"kind": "steps", "times": [times[0], times[0] + JOINT_TIME], "values": [force, 0.0]}}
+    return drive | {"force": {"kind": "steps", "times": [begin, end], "values": [force, 0.0]}}
 
 
 def _response(number: int, signal: _Signal, outcome: TrialOutcome) -> JointResponse:

@@ -5,7 +5,6 @@ computed again. Without a writable folder, results are computed every time.
 """
 
 import json
-import os
 import re
 import sys
 from base64 import b64decode, b64encode
@@ -16,7 +15,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.spec_schema.whole_files import write_atomically
+from text2sim.spec_schema.whole_files import user_cache, write_atomically
 
 if TYPE_CHECKING:
     import numpy as np
@@ -115,8 +114,7 @@ def answers_folder() -> Path:
     Raises:
         RuntimeError: if the user has no home.
     """
-    cache = os.environ.get("XDG_CACHE_HOME")
-    return (Path(cache) if cache else Path.home() / ".cache") / "text2sim" / "models"
+    return user_cache() / "text2sim" / "models"
 
 
 def _delete_old_entries(where: Path) -> None:

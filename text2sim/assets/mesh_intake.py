@@ -28,11 +28,6 @@ UPRIGHT = {"x": ((2, -1), (1, 1), (0, 1)), "y": ((0, 1), (2, -1), (1, 1)), "z": 
 Up = Literal["x", "y", "z"]
 
 
-def up_of(suffix: str) -> Up:
-    """Return the axis that points up in a kind of file: y in glTF, z in the others."""
-    return "y" if suffix in (".glb", ".gltf") else "z"
-
-
 def read_surface(path: Path, up: Up | None = None) -> tuple[TriangleMesh, tuple[str, ...]]:
     """Return a mesh file as a surface, and notes on files that were left out.
 
@@ -56,7 +51,7 @@ def read_surface(path: Path, up: Up | None = None) -> tuple[TriangleMesh, tuple[
         surface = _surface(scene)
     except AssetError as error:
         raise AssetError(f"`{path.name}` {error}") from None
-    axes = UPRIGHT[up or up_of(suffix)]
+    axes = UPRIGHT[up or ("y" if suffix in (".glb", ".gltf") else "z")]
     turned = np.stack([surface.vertices[:, axis] * sign for axis, sign in axes], axis=1)
     notes = tuple(f"left out: `{name}`, which is not beside the file" for name in neighbours.refused)
     return welded(surface.move(turned), 0.0), notes

@@ -39,9 +39,9 @@ def mesh_bytes(surface: TriangleMesh, suffix: str) -> bytes:
     normals = corner_normals(surface)
     scene = trimesh.Scene()
     for number, paint in enumerate(surface.paints):
-        mine = surface.part == number
-        if mine.any():
-            scene.add_geometry(_mesh(surface.keep(mine), normals[mine], paint), geom_name=f"part_{number}")
+        own = surface.part == number
+        if own.any():
+            scene.add_geometry(_mesh(surface.keep(own), normals[own], paint), geom_name=f"part_{number}")
     content = scene.export(file_type="glb", include_normals=True)
     assert isinstance(content, bytes)
     return content

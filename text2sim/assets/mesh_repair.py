@@ -18,7 +18,7 @@ from text2sim.assets.mesh_steps import (
     without_duplicates,
     wrap,
 )
-from text2sim.assets.surface import TriangleMesh, welded
+from text2sim.assets.surface import TriangleMesh, signed_volumes, welded
 from text2sim.spec_schema.errors import AssetError
 
 Origin = Literal["base", "mass", "keep"]
@@ -180,7 +180,7 @@ def _move_origin(surface: TriangleMesh, origin: Origin, done: list[str]) -> Tria
 def _center_of_mass(surface: TriangleMesh) -> np.ndarray:
     middle = surface.used.mean(axis=0)
     corners = surface.vertices[surface.faces] - middle
-    volumes = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
+    volumes = signed_volumes(corners)
     return middle + (corners.sum(axis=1) * volumes[:, None]).sum(axis=0) / (4.0 * volumes.sum())
 
 

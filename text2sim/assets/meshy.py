@@ -118,7 +118,9 @@ class Meshy:
         import httpx
 
         self._end = self._clock() + self.timeout
-        key, order = self._ledger.order(wanted.prompt, _options(wanted))
+        key, order = self._ledger.order(
+            wanted.prompt, {name: value for name, value in asdict(wanted).items() if name not in ("prompt", "refine")}
+        )
         with httpx.Client(timeout=30.0, follow_redirects=False) as client:
             found = self._stage(client, "preview", wanted, key, order)
             if wanted.refine:
@@ -295,10 +297,6 @@ def _raise_if_refused(reply: "httpx.Response") -> None:
         raise RunError("the Meshy account does not have enough credits")
     if code < 500 and code != 429:
         raise RunError(f"Meshy refuses ({code}): {_reason_in(_plain(reply).get('message')) or 'without a reason'}")
-
-
-def _options(wanted: Order3D) -> dict[str, Any]:
-    return {name: value for name, value in asdict(wanted).items() if name not in ("prompt", "refine")}
 
 
 def _is_trusted(url: str, base: str) -> bool:

@@ -134,18 +134,16 @@ class TriangleMesh:
         weight = np.bincount(own, minlength=count)[:, None]
         middle = np.stack([np.bincount(own, corners.mean(1)[:, k], count) for k in range(3)], axis=1) / weight
         corners = corners - middle[own][:, None]
-        parts = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
-        return np.bincount(own, parts, count)
+        return np.bincount(own, signed_volumes(corners), count)
 
     @cached_property
     def area_vectors(self) -> Array:
         """Outward normals of the triangles, as long as twice their areas [m2], (m, 3)."""
-        corners = self.vertices[self.faces]
-        return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        return scaled_normals(self.vertices[self.faces])
 
     def areas(self) -> Array:
         """Return the area [m2] of each triangle."""
-        return 0.5 * np.linalg.norm(self.area_vectors, axis=1)
+        return np.linalg.norm(self.area_vectors, axis=1) / 2
 
     def corner_of_vertices(self) -> Array:
         """Return the index of a corner of each vertex in the list of all corners, (n,); 0 for unused vertices."""
@@ -166,6 +164,23 @@ class TriangleMesh:
         np.minimum.at(low, own, corners.min(1))
         np.maximum.at(high, own, corners.max(1))
         return low, high
+
+
+def scaled_normals(corners: Array) -> Array:
+    """Return the normals of triangles (m, 3, 3), as long as twice their areas, (m, 3)."""
+    a, b, c = corners.transpose(1, 0, 2)
+    return np.cross(b - a, c - a)
+
+
+def triangle_areas(corners: Array) -> Array:
+    """Return the areas of triangles (m, 3, 3), (m,)."""
+    return np.linalg.norm(scaled_normals(corners), axis=1) / 2
+
+
+def signed_volumes(corners: Array) -> Array:
+    """Return the volumes between triangles (m, 3, 3) and the origin, negative where they face it, (m,)."""
+    a, b, c = corners.transpose(1, 0, 2)
+    return np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
 
 
 def welded(surface: TriangleMesh, tolerance: float) -> TriangleMesh:

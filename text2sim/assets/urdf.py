@@ -144,8 +144,8 @@ def _check_joints(robot: "Robot") -> None:
     joints = {joint.name: joint for joint in robot.joints}
     for joint in robot.joints:
         if joint.type not in JOINT_TYPES:
-            way = "; use `base: free` for a free root" if joint.type == "floating" else ""
-            raise AssetError(f"joint `{joint.name}` is {joint.type}; the engine has {', '.join(JOINT_TYPES)}{way}")
+            remedy = "; use `base: free` for a free root" if joint.type == "floating" else ""
+            raise AssetError(f"joint `{joint.name}` is {joint.type}; the engine has {', '.join(JOINT_TYPES)}{remedy}")
         if joint.type == "fixed":
             continue
         if joint.axis is not None and not any(joint.axis):

@@ -9,8 +9,9 @@ import typer
 from text2sim.cli.learned_cards import distill_cards, show_ledger
 from text2sim.cli.options import AsJson
 from text2sim.cli.output import say, say_json, say_problems
+from text2sim.runtime.progress import duration_text
 from text2sim.service import exits
-from text2sim.service.phrases import display_path, duration_text
+from text2sim.service.phrases import display_path
 
 if TYPE_CHECKING:
     from text2sim.card_library.library import CardLibrary

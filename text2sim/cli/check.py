@@ -10,8 +10,8 @@ import typer
 
 from text2sim.cli.options import AsJson, Sets, Variants, overlay_of
 from text2sim.cli.output import say, say_json
+from text2sim.runtime.progress import duration_text
 from text2sim.service import exits
-from text2sim.service.phrases import duration_text
 from text2sim.spec_schema.errors import nearest
 
 if TYPE_CHECKING:

@@ -14,8 +14,9 @@ from text2sim.cli.benchmark import examined, exported
 from text2sim.cli.many import Ray, StoreUrl, Workers, where_of
 from text2sim.cli.options import AsJson
 from text2sim.cli.output import say, say_json
+from text2sim.runtime.progress import duration_text
 from text2sim.service import exits
-from text2sim.service.phrases import display_path, duration_text
+from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import MachineError, RunError
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from time import monotonic
 from typing import TYPE_CHECKING
 
 from text2sim.cli.live import LINE_INTERVAL
-from text2sim.service.phrases import duration_text
+from text2sim.runtime.progress import duration_text
 from text2sim.spec_schema.plain import plain_line
 
 if TYPE_CHECKING:
@@ -48,10 +48,10 @@ def trace_films(
     except KeyboardInterrupt:
         stop.request()
     with stop.gently():
-        made = encode_films(fit.filming, fit.reels, suffix)
-    if not made:
+        paths = encode_films(fit.filming, fit.reels, suffix)
+    if not paths:
         raise KeyboardInterrupt
-    return made
+    return paths
 
 
 class ProgressReporter:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from text2sim.cli.last_film import Film, FilmMinutes, Quality, last_film
-from text2sim.cli.loop_view import looking_on, say_outcome
+from text2sim.cli.loop_view import progress_view, say_outcome
 from text2sim.cli.options import with_options
 from text2sim.cli.output import say, say_json
 from text2sim.runtime.stop import Stop
@@ -194,7 +194,7 @@ def _needed_models(models: dict[str, str]) -> dict[str, str]:
 
 
 def _run_session(session: "Session", as_json: bool, film: Quality, film_minutes: float | None) -> None:
-    with Stop() as stop, looking_on(session.case.name, quiet=as_json) as listener:
+    with Stop() as stop, progress_view(session.case.name, quiet=as_json) as listener:
         try:
             with stop.gently():
                 outcome = session.run(listener, lambda: stop.count > 0, prewarm=True)

@@ -9,8 +9,9 @@ import typer
 
 from text2sim.cli.film_tracing import ProgressReporter, trace_films
 from text2sim.cli.output import say
+from text2sim.runtime.progress import duration_text
 from text2sim.runtime.stop import Stop
-from text2sim.service.phrases import display_path, duration_text
+from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import Text2SimError
 
 if TYPE_CHECKING:

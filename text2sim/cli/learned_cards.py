@@ -125,12 +125,12 @@ def show_ledger(
 ) -> None:
     """Show for each learned card its sources, its effect on scores, and whether it was ever retrieved."""
     from text2sim.card_library.library import BUILT_IN, load_library
-    from text2sim.evaluation.ledger import count_dealt_cards, read_ledger
+    from text2sim.evaluation.ledger import count_offered_cards, read_ledger
 
     ledger = read_ledger(cards)
-    loops, dealt = count_dealt_cards(runs or [])
+    loops, offered = count_offered_cards(runs or [])
     if as_json:
-        found = {name: one.model_dump(mode="json") | {"dealt": dealt[name]} for name, one in ledger.cards.items()}
+        found = {name: one.model_dump(mode="json") | {"dealt": offered[name]} for name, one in ledger.cards.items()}
         say_json({"loops": loops, "cards": found})
         return
     for name, one in ledger.cards.items():
@@ -140,8 +140,8 @@ def show_ledger(
         elif one.tried:
             notes.append("NEVER RETRIEVED where it was tested")
         if loops and one.state == "kept":
-            used = f"used in {dealt[name]} of {loops} loops"
-            notes.append(used if dealt[name] else f"NEVER RETRIEVED in {loops} loops")
+            used = f"used in {offered[name]} of {loops} loops"
+            notes.append(used if offered[name] else f"NEVER RETRIEVED in {loops} loops")
         say(f"{name}: {'; '.join(notes)}")
         for debt in one.owes:
             source = ledger.prompts[debt.prompt].source
@@ -149,5 +149,5 @@ def show_ledger(
     if not ledger.cards:
         say("no cards were learned here")
     if loops:
-        idle = [name for name in load_library([BUILT_IN]).entries if not dealt[name]]
+        idle = [name for name in load_library([BUILT_IN]).entries if not offered[name]]
         say(f"built-in cards NEVER RETRIEVED in {loops} loops: {', '.join(idle) or 'none'}")

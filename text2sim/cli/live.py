@@ -6,8 +6,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from text2sim.cli.output import say
-from text2sim.runtime.progress import PHASES
-from text2sim.service.phrases import duration_text
+from text2sim.runtime.progress import PHASES, duration_text
 from text2sim.spec_schema.plain import plain_line
 
 if TYPE_CHECKING:

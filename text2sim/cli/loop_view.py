@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.cli.check import LONG_RUN
 from text2sim.cli.output import say
-from text2sim.service.phrases import duration_text
+from text2sim.runtime.progress import duration_text
 from text2sim.spec_schema.plain import plain, plain_line
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ LONG = 160
 
 
 @contextmanager
-def looking_on(name: str, *, quiet: bool = False) -> Iterator["Listener"]:
+def progress_view(name: str, *, quiet: bool = False) -> Iterator["Listener"]:
     """Yield a listener that shows the events of a loop."""
     if quiet:
         yield lambda event, what: None

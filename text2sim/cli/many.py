@@ -13,9 +13,9 @@ import typer
 from text2sim.cli.live import LINE_INTERVAL, watch
 from text2sim.cli.output import say
 from text2sim.cli.recorded import Chosen
+from text2sim.runtime.progress import duration_text
 from text2sim.runtime.stop import Stop
 from text2sim.service import exits
-from text2sim.service.phrases import duration_text
 from text2sim.spec_schema.errors import MachineError, RunError, Text2SimError
 
 if TYPE_CHECKING:

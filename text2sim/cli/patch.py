@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from text2sim.revision.revise import Revision
 
 
-class Owner(StrEnum):
+class Section(StrEnum):
     """Sections that an author of patches may own."""
 
     scene = "scene"
@@ -32,7 +32,9 @@ class Owner(StrEnum):
 def patch(
     case: Annotated[Path, typer.Argument(help="A case folder or case.yaml file.")],
     operations: Annotated[str, typer.Argument(metavar="PATCH.JSON", help="RFC 6902 operations; - reads from stdin.")],
-    owner: Annotated[Owner | None, typer.Option("--owner", help="The only section that the patch may change.")] = None,
+    owner: Annotated[
+        Section | None, typer.Option("--owner", help="The only section that the patch may change.")
+    ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Write nothing; print what would change.")] = False,
     as_json: AsJson = False,
 ) -> None:

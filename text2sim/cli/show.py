@@ -12,6 +12,7 @@ from text2sim.cli.options import AsJson, Sets, Variants, overlay_of
 from text2sim.cli.output import say, say_json
 from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import Text2SimError, did_you_mean
+from text2sim.spec_schema.whole_files import write_atomically
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
@@ -35,7 +36,7 @@ def show(
     """Print a case with all defaults and derived values, and draw its start."""
     from text2sim.cli.cases import say_examined
     from text2sim.compiler.explicit import explicit
-    from text2sim.drawing.layout import write_layout
+    from text2sim.drawing.layout import layout
     from text2sim.service.examined import examine
 
     # Pictures are drawn in threads, with which those of the matrix library would compete.
@@ -56,7 +57,8 @@ def show(
     target = png if png is not None else Path("runs") / f"{resolution.plan.case}-layout.png"
     if not no_png:
         try:
-            write_layout(resolution, target, _title(overlay))
+            target.parent.mkdir(parents=True, exist_ok=True)
+            write_atomically(target, layout(resolution, _title(overlay)))
         except (Text2SimError, OSError) as error:
             row.blame(error)
     _print(row, resolution, found, None if no_png or not row.ok else target, overlay, as_json)

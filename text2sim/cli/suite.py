@@ -12,8 +12,8 @@ from text2sim.cli.options import with_options
 from text2sim.cli.output import expectation_rows, say, say_json
 from text2sim.cli.run import RunOptions
 from text2sim.cli.verdict import exit_of, say_failure
+from text2sim.runtime.progress import duration_text
 from text2sim.service import exits
-from text2sim.service.phrases import duration_text
 
 if TYPE_CHECKING:
     from text2sim.harness.result import RunResult

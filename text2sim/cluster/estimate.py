@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from text2sim.cluster.task import Needs, Task
 from text2sim.recording.record import RunRecord
+from text2sim.runtime.progress import rough_duration
 
 if TYPE_CHECKING:
     from text2sim.spec_schema.loaded import LoadedCase
@@ -65,10 +66,4 @@ def in_words(tasks: Sequence[Task], workers: int) -> str:
     wall = max(sum(times) / workers, max(times))
     some = "" if len(known) == len(tasks) else f"; the mean is assumed for {len(tasks) - len(known)} unmeasured ones"
     gpu = f" and {gpus:.2g} GPU hours" if gpus else ""
-    return f"{text}: about {_time(wall)}, {cores:.2g} core hours{gpu}, {price:.2g} USD if rented{some}"
-
-
-def _time(seconds: float) -> str:
-    if seconds < 120:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+    return f"{text}: about {rough_duration(wall)}, {cores:.2g} core hours{gpu}, {price:.2g} USD if rented{some}"

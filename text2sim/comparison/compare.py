@@ -39,16 +39,12 @@ def compare(runs: list[Run]) -> RunComparison:
     """Compare runs."""
     return RunComparison(
         runs,
-        _spec(runs),
+        [{"path": dotted(path), "values": [run.leaves.get(path) for run in runs]} for path in differing_paths(runs)],
         _rows(runs, "expect"),
         _measures(runs),
         _rows(runs, "events"),
         _diagnostics(runs),
     )
-
-
-def _spec(runs: list[Run]) -> list[dict[str, Any]]:
-    return [{"path": dotted(path), "values": [run.leaves.get(path) for run in runs]} for path in differing_paths(runs)]
 
 
 def _rows(runs: list[Run], key: str) -> list[dict[str, Any]]:

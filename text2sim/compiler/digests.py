@@ -12,7 +12,9 @@ from text2sim import __version__
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
 
-_NOT_SIMULATED_FIELDS = frozenset({"render", "files", "notes", "warnings", "why", "line", "surface", "worn", "control"})
+_NOT_SIMULATED_FIELDS = frozenset(
+    {"render", "files", "notes", "warnings", "why", "line", "surface", "part_surfaces", "control"}
+)
 """Fields that change no simulation: looks, lines of the case, film, notes."""
 LOOKS_SUFFIX = "_looks.npz"
 """How names of files end that say where parts have looks of their own."""
@@ -37,7 +39,7 @@ def sim_digest(plan: "Plan") -> str:
 
 def render_digest(plan: "Plan") -> str:
     """Return the digest of what the film depends on besides the states."""
-    surfaces = [_plain([entity.surface, entity.worn], frozenset()) for entity in plan.entities]
+    surfaces = [_plain([entity.surface, entity.part_surfaces], frozenset()) for entity in plan.entities]
     models = {
         path: _plain(content, frozenset())
         for path, content in plan.files.items()

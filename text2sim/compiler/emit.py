@@ -16,7 +16,7 @@ from text2sim.compiler.emit_actions import TEMPLATES, action_context, copied_act
 from text2sim.compiler.literal import Code, comment, identifier, literal
 from text2sim.compiler.plan import EntityPlan, Group, Plan, Surface
 from text2sim.compiler.shapes.rotation import IDENTITY
-from text2sim.compiler.soft.setup import SoftRecord, SoftSettings
+from text2sim.compiler.soft.setup import SoftSettings
 from text2sim.spec_schema.errors import MachineError
 from text2sim.spec_schema.models.soft_bodies import FLOWING
 from text2sim.spec_schema.whole_files import naming
@@ -132,9 +132,11 @@ def _looks(plan: Plan) -> bytes:
     A copy of several colours has a list; a recorded part is found in it by its colour.
     """
     looks = {
-        entity.name: _look(entity, entity.surface) if entity.surface else [_look(entity, worn) for worn in entity.worn]
+        entity.name: _look(entity, entity.surface)
+        if entity.surface
+        else [_look(entity, surface) for surface in entity.part_surfaces]
         for entity in plan.entities
-        if entity.surface or entity.worn
+        if entity.surface or entity.part_surfaces
     }
     rows = [f"  {json.dumps(name)}: {json.dumps(look)}" for name, look in looks.items()]
     return ("{\n" + ",\n".join(rows) + "\n}\n").encode()
@@ -147,7 +149,7 @@ def _look(entity: EntityPlan, surface: Surface) -> dict[str, Any]:
         "finish": surface.finish,
         "visible": bool(entity.options.get("visualization", True)),
         "picture": surface.picture,
-        **surface.dress,
+        **surface.decoration,
     }
     if surface.regions is None:
         return look
@@ -189,7 +191,8 @@ def _context(plan: Plan) -> dict[str, Any]:
         "soft_why": _reasons(soft),
         "masses": {name: facts.mass for name, facts in plan.deformables.items() if facts.solver == "mpm"},
         "deformables": {
-            name: {key: value for key, value in vars(facts).items() if key not in UNRECORDED} | _stream(name, facts)
+            name: {key: value for key, value in vars(facts).items() if key not in UNRECORDED}
+            | ({} if facts.stream is None else {"stream": Code(f"STREAMS[{literal(name)}]")})
             for name, facts in plan.deformables.items()
         },
         "statics": [_group(group, settings.substeps) for group in plan.statics],
@@ -225,10 +228,6 @@ def _reasons(soft: SoftSettings | None) -> dict[str, Code]:
         name: Code(reason and (f"# {reason}\n" if name.endswith("bounds") else f"  # {reason}"))
         for name, reason in reasons.items()
     }
-
-
-def _stream(name: str, facts: SoftRecord) -> dict[str, Any]:
-    return {} if facts.stream is None else {"stream": Code(f"STREAMS[{literal(name)}]")}
 
 
 def _group(group: Group, substeps: int) -> dict[str, Any]:

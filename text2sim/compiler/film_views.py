@@ -41,17 +41,17 @@ def free_direction(points: list[Vec], statics: Iterable[Copy], bodies: BodyPoint
         far: How far away the camera is, about [m].
         size: Extent of what is to be seen, along x, y and z [m].
     """
-    ways = (*_broadside(size), *DIRECTIONS)
+    directions = (*_broadside(size), *DIRECTIONS)
     standing = [piece for copy in statics if _hides(copy) for piece in _pieces(copy, bodies)]
     points = points[:: max(len(points) // TESTED_POINTS, 1)]
     if not standing or not points:
-        return ways[0]
+        return directions[0]
 
     def hidden(direction: Vec) -> int:
         x, y, z = (far * c for c in vector_unit(direction))
         return sum(any(_crosses(piece, p, (p[0] + x, p[1] + y, p[2] + z)) for piece in standing) for p in points)
 
-    return min(ways, key=hidden)
+    return min(directions, key=hidden)
 
 
 def _broadside(size: Vec) -> tuple[Vec, ...]:

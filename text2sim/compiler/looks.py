@@ -106,20 +106,20 @@ def rgba_of(look: Look, copy: Copy) -> Rgba:
     return (round(red, 4), round(green, 4), round(blue, 4), look.opacity)
 
 
-def worn_by(copy: Copy) -> dict[Rgba, Look]:
+def looks_by_color(copy: Copy) -> dict[Rgba, Look]:
     """Return the look that goes with each colour of a copy: that of the body, of its parts and of its links."""
-    worn: dict[Rgba, Look] = {}
+    looks: dict[Rgba, Look] = {}
     for look in looks_of(copy.model):
-        worn.setdefault(rgba_of(look, copy), look)
-    return worn
+        looks.setdefault(rgba_of(look, copy), look)
+    return looks
 
 
-def dress_of(look: Look) -> dict[str, Any]:
+def decoration_of(look: Look) -> dict[str, Any]:
     """Return what a look says besides colour and finish, as data: pattern, label, `alike` for copies."""
-    dress: dict[str, Any] = {}
+    decoration: dict[str, Any] = {}
     if look.pattern is not None:
         color = look.pattern.color
-        dress["pattern"] = {
+        decoration["pattern"] = {
             "kind": look.pattern.kind,
             "size": look.pattern.size,
             "color": None if color is None else rgb(color),
@@ -127,10 +127,10 @@ def dress_of(look: Look) -> dict[str, Any]:
         }
     if look.label is not None:
         colors = {"ink": look.label.color, "plate": look.label.plate}
-        dress["label"] = {"text": look.label.text, **{k: None if c is None else rgb(c) for k, c in colors.items()}}
+        decoration["label"] = {"text": look.label.text, **{k: None if c is None else rgb(c) for k, c in colors.items()}}
     if look.vary is not None:
-        dress["alike"] = True
-    return dress
+        decoration["alike"] = True
+    return decoration
 
 
 def has_glass(copy: Copy) -> bool:

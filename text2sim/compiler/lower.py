@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.mechanism import Mechanism, Mechanisms, load_mechanism
 from text2sim.compiler.files import Files
-from text2sim.compiler.looks import Rgba, colors_of, dress_of, one_color, rgba_of, worn_by
+from text2sim.compiler.looks import Rgba, colors_of, decoration_of, looks_by_color, one_color, rgba_of
 from text2sim.compiler.memory import ObjectKey
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
@@ -23,14 +23,7 @@ from text2sim.compiler.trees.file_bodies import file_changes, file_motors, mecha
 from text2sim.compiler.trees.joints import joint_of
 from text2sim.compiler.trees.model_files import ModelFiles, Written, count_pieces
 from text2sim.compiler.trees.shaped_links import geoms_of, shaped_link
-from text2sim.compiler.trees.tree import (
-    Tree,
-    TreeGeom,
-    TreeJoint,
-    TreeLink,
-    tree_balls,
-    with_torques,
-)
+from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink, tree_balls, with_torques
 from text2sim.spec_schema.models.base import content_of
 from text2sim.spec_schema.models.bodies import Articulated, Chain, Driven, Net, Ragdoll, Rigid
 from text2sim.spec_schema.models.materials import Look, Material
@@ -133,8 +126,7 @@ class Lowering:
             axes = {
                 f"slide_{a}": TreeJoint("slider", axis=self._local(copy, a), armature=DRIVEN_ARMATURE) for a in "xyz"
             }
-        link = self._link(copy, model.material, model.look)
-        link = replace(link, joints=tuple(axes.items()))
+        link = replace(self._link(copy, model.material, model.look), joints=tuple(axes.items()))
         return self._model(copy, Tree((link,)))
 
     @entity.register
@@ -205,12 +197,11 @@ class Lowering:
             self._content(shape),
             *(() if plain else colors_of(shape, look, copy)),
         )
-        made = self.alike.get(key)
-        if made is None:
-            link = self._link(copy, material, look)
-            link = replace(link, joint=joint)
-            made = self.alike[key] = self.models.write(copy.body, Tree((link,)))
-        return self._entity_of(copy, made, rgba_of(look, copy) if plain else made.color)
+        written = self.alike.get(key)
+        if written is None:
+            link = replace(self._link(copy, material, look), joint=joint)
+            written = self.alike[key] = self.models.write(copy.body, Tree((link,)))
+        return self._entity_of(copy, written, rgba_of(look, copy) if plain else written.color)
 
     def _content(self, model: Any) -> Any:
         """Return the content of a model, without where its copies are."""
@@ -225,7 +216,7 @@ class Lowering:
     ) -> EntityPlan:
         self.pieces += 1
         rho = generators.density_of(material, volume) if volume else None
-        surface = Surface(rgba_of(look, copy), look.finish, dress=dress_of(look))
+        surface = _surface(look, rgba_of(look, copy))
         if not look.visible:
             options["visualization"] = False
         return EntityPlan(
@@ -241,19 +232,19 @@ class Lowering:
     def _model(self, copy: Copy, tree: Tree) -> EntityPlan:
         if any(torques := copy.model.material.torques) and copy.model.kind != "articulated":
             tree = with_torques(tree, torques)
-        made = self.models.write(copy.body, tree)
-        return self._entity_of(copy, made, made.color)
+        written = self.models.write(copy.body, tree)
+        return self._entity_of(copy, written, written.color)
 
     def _entity_of(self, copy: Copy, made: Written, color: Rgba | None) -> EntityPlan:
         self._take_in(copy, made.tree, made.balls, made.pieces)
         self.notes |= {f"{copy.body}: {note}": None for note in made.notes}
         own = copy.model.look
-        surface = None if made.color is None or color is None else Surface(color, own.finish, dress=dress_of(own))
+        surface = None if made.color is None or color is None else _surface(own, color)
         seen = {part.rgba for link in made.tree.links() for part in (*link.geoms, *link.visuals)}
-        looks = {} if surface else worn_by(copy)
-        worn = tuple(Surface(rgba, one.finish, dress=dress_of(one)) for rgba, one in looks.items() if rgba in seen)
+        looks = {} if surface else looks_by_color(copy)
+        part_surfaces = tuple(_surface(one, rgba) for rgba, one in looks.items() if rgba in seen)
         return EntityPlan(
-            copy.name, "MJCF", dict(made.options), copy.pos, copy.quat, surface=surface, worn=worn,
+            copy.name, "MJCF", dict(made.options), copy.pos, copy.quat, surface=surface, part_surfaces=part_surfaces,
             material_options=dict(made.grid),
         )  # fmt: skip
 
@@ -288,7 +279,7 @@ class Lowering:
         if not model.look.visible:
             options["visualization"] = False
         look = model.look
-        surface = None if look.color is None else Surface(rgba_of(look, copy), look.finish, dress=dress_of(look))
+        surface = None if look.color is None else _surface(look, rgba_of(look, copy))
         # An MJCF file sets the friction of every geom, if only by MuJoCo's defaults; a URDF cannot.
         friction = model.material.friction if urdf or "friction" in model.material.model_fields_set else None
         rho = generators.density_of(model.material, 1.0) if urdf and mechanism.inertialess else None
@@ -332,3 +323,7 @@ class Lowering:
     def _local(self, copy: Copy, axis: Any) -> tuple[float, float, float]:
         """Return a world axis in the frame of a copy."""
         return quat_rotate(quat_conjugate(copy.quat), vector_unit(axis))
+
+
+def _surface(look: Look, rgba: Rgba) -> Surface:
+    return Surface(rgba, look.finish, decoration=decoration_of(look))

@@ -22,7 +22,7 @@ class Surface:
     """Path in the program's folder of a picture that takes the place of the colour."""
     mode: str | None = None
     """How the engine is to draw it, where its default would be slow; None for the default."""
-    dress: dict[str, Any] = field(default_factory=dict)
+    decoration: dict[str, Any] = field(default_factory=dict)
     """Pattern, label, and whether copies are alike, for what draws them; empty without any."""
     regions: str | None = None
     """For a deformable body: path in the program's folder of the regions in which parts have looks of their own."""
@@ -48,7 +48,7 @@ class EntityPlan:
     """Coefficient; None where the model file gives it."""
     surface: Surface | None = None
     """None where the model file has its own colours."""
-    worn: tuple[Surface, ...] = ()
+    part_surfaces: tuple[Surface, ...] = ()
     """Looks of its parts, where the model file has its own colours: a file has colours, but no finishes."""
     family: str = "rigid"
     """Solver of the engine that holds it: rigid, mpm, pbd or fem."""

@@ -39,8 +39,8 @@ def displacement(motion: Motion, t: float) -> Vec:
         return (0.0, 0.0, 0.0)
     if isinstance(motion, Oscillate):
         x, y, z = vector_unit(motion.axis)
-        way = motion.amplitude * sin(2 * pi * motion.frequency * t)
-        return (way * x, way * y, way * z)
+        distance = motion.amplitude * sin(2 * pi * motion.frequency * t)
+        return (distance * x, distance * y, distance * z)
     last = len(motion.times) - 1
     k = min(max(bisect_right(motion.times, t) - 1, 0), last - 1)
     (start, end), (a, b) = motion.times[k : k + 2], motion.positions[k : k + 2]

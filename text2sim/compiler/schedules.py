@@ -8,16 +8,7 @@ from itertools import pairwise
 from math import pi, radians, sin
 
 from text2sim.compiler.literal import Code, literal
-from text2sim.spec_schema.models.motion import (
-    Constant,
-    Oscillate,
-    Piecewise,
-    Ramp,
-    Schedule,
-    Sine,
-    Steps,
-    Waypoints,
-)
+from text2sim.spec_schema.models.motion import Constant, Oscillate, Piecewise, Ramp, Schedule, Sine, Steps, Waypoints
 
 
 def value_at(schedule: Schedule, t: float, before: float = 0.0) -> float:

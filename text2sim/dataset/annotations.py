@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.assets.surface import scaled_normals
 from text2sim.compiler.shapes.rotation import quats_to_matrices
 from text2sim.drawing.raster import Raster
 from text2sim.drawing.view import PictureView
@@ -142,7 +143,7 @@ class Annotator:
         """Return unit normals towards the camera, in the world, shape (h, w, 3); 0 for background."""
         hit = now.ids >= 0
         corners = now.corners[now.ids[hit]]
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normal = scaled_normals(corners)
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
         towards = np.einsum("nk,nk->n", normal, now.view.origin - corners[:, 0]) >= 0
         found = np.zeros((*now.ids.shape, 3))
@@ -159,9 +160,9 @@ class Annotator:
         triangle = now.ids[row, column]
         here = np.stack([column + 0.5, row + 0.5], axis=1)
         points = np.einsum("nk,nkc->nc", _shares(now, here, triangle), after.corners[triangle])
-        there = after.view.pixels(points)
-        there[~after.there[triangle]] = np.nan
-        flow[row, column] = there - here
+        later = after.view.pixels(points)
+        later[~after.there[triangle]] = np.nan
+        flow[row, column] = later - here
         shown[row, column] = _is_seen(after, points)
         return flow, shown
 
@@ -308,7 +309,7 @@ def _is_seen(now: Seen, points: Array) -> Array:
     hit = shown >= 0
     which = np.flatnonzero(inside)[hit]
     corners = now.corners[shown[hit]]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal = scaled_normals(corners)
     over = np.einsum("nk,nk->n", normal, corners[:, 0] - now.view.origin)
     under = np.einsum("nk,nk->n", normal, points[which] - now.view.origin)
     with np.errstate(divide="ignore", invalid="ignore"):

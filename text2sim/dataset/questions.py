@@ -85,10 +85,11 @@ class ItemScene:
         self.touches = [row for row in read_events(folder) if row.get("kind") == "contact" and _pair(row)]
 
     def _sees(self, frame: Row, body: str) -> bool:
-        mine = [thing for thing in frame["objects"] if thing["name"].partition("[")[0] == body]
-        share = sum(thing["share"] for thing in mine)
+        copies = [thing for thing in frame["objects"] if thing["name"].partition("[")[0] == body]
+        share = sum(thing["share"] for thing in copies)
         return (
-            share >= MIN_SEEN and min((o["hidden"] for o in mine if o["hidden"] is not None), default=1.0) <= MAX_HIDDEN
+            share >= MIN_SEEN
+            and min((o["hidden"] for o in copies if o["hidden"] is not None), default=1.0) <= MAX_HIDDEN
         )
 
     def shows(self, t: float, *bodies: str) -> bool:
@@ -241,10 +242,10 @@ def _moves_first(scene: ItemScene) -> Iterator[Row]:
 
 def _touches_first(scene: ItemScene) -> Iterator[Row]:
     for body in scene.loose:
-        mine = [row for row in scene.touches if body in _pair(row) and len({*_pair(row)}) == 2]
+        touches = [row for row in scene.touches if body in _pair(row) and len({*_pair(row)}) == 2]
         # Contacts with its support repeat, and do not count.
-        before = {name for row in mine if row["time"] <= MAX_START_TIME for name in _pair(row)} - {body}
-        first = min((row for row in mine if not before & {*_pair(row)}), key=lambda row: row["time"], default=None)
+        before = {name for row in touches if row["time"] <= MAX_START_TIME for name in _pair(row)} - {body}
+        first = min((row for row in touches if not before & {*_pair(row)}), key=lambda row: row["time"], default=None)
         if first is not None and scene.shows(first["time"], *_pair(first)):
             yield {
                 "question": f"What does {_words(body)} touch first after the start?",

@@ -65,9 +65,9 @@ def write_review(folder: Path, path: Path, decisions: dict[str, ReviewDecision],
         for key, files in read_shard(shard):
             if key in rows:
                 blocks.append(_block(rows[key], files["film.mp4"], decisions.get(key)))
-    made = {key: decision.model_dump() for key, decision in decisions.items()}
+    earlier = {key: decision.model_dump() for key, decision in decisions.items()}
     page = _PAGE.replace("@NAME@", escape(folder.name)).replace("@BLOCKS@", "\n".join(blocks))
-    write_atomically(path, page.replace("@MADE@", json.dumps(made).replace("<", "\\u003c")))
+    write_atomically(path, page.replace("@MADE@", json.dumps(earlier).replace("<", "\\u003c")))
     return len(blocks)
 
 
@@ -98,10 +98,8 @@ def _pictures(film: bytes) -> list[str]:
 
     with av.open(io.BytesIO(film), "r") as container:
         pictures = [picture.to_image() for picture in container.decode(video=0)]
-    found = []
-    for k in np.linspace(0, len(pictures) - 1, PICTURES).round().astype(int):
-        found.append(base64.b64encode(picture_bytes(pictures[k], "jpeg", quality=85)).decode())
-    return found
+    shown = np.linspace(0, len(pictures) - 1, PICTURES).round().astype(int)
+    return [base64.b64encode(picture_bytes(pictures[k], "jpeg", quality=85)).decode() for k in shown]
 
 
 _PAGE = """<!doctype html><meta charset="utf-8"><title>Review of @NAME@</title>

@@ -160,7 +160,7 @@ class Canvas:
         self._draw.text(_fine(place), text, fill=color, font=font(size, bold), anchor=anchor)
 
 
-def text_width(text: str, size: float = 14, bold: bool = False) -> float:
+def text_width(text: str, size: float, bold: bool = False) -> float:
     """Return the length [pixels] of a line of text.
 
     Args:
@@ -171,7 +171,7 @@ def text_width(text: str, size: float = 14, bold: bool = False) -> float:
     return font(size, bold).getlength(text) / FINE
 
 
-def shortened(text: str, width: float, size: float = 14) -> str:
+def shortened(text: str, width: float, size: float) -> str:
     """Return a text that is cut to fit.
 
     Args:

@@ -1,7 +1,6 @@
 """Page that shows the start of a case from above, from the front, from the side, and through its camera."""
 
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 
@@ -19,7 +18,6 @@ from text2sim.drawing.signs import SignMarks, draw_legend, draw_marks
 from text2sim.drawing.stage import stage
 from text2sim.drawing.view import PictureView
 from text2sim.drawing.views import camera_pose, cameras, film_view
-from text2sim.spec_schema.whole_files import write_atomically
 
 SIZE = (1600, 1200)
 HEAD, FOOT = 66, 34
@@ -81,19 +79,6 @@ def layout(resolution: Resolution, variant: str = "") -> bytes:
     _draw_head(canvas, resolution, variant)
     draw_legend(canvas, float(LEFT), SIZE[1] - FOOT / 2 - 2, marks)
     return picture_bytes(canvas.finished(), "PNG", compress_level=3)
-
-
-def write_layout(resolution: Resolution, path: Path, variant: str = "") -> None:
-    """Write the page of `layout` to a file, whose folder is made if necessary.
-
-    Args:
-        resolution: The resolved case.
-        path: The file.
-        variant: Description of the overlay, for the title.
-    """
-    content = layout(resolution, variant)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(path, content)
 
 
 def _cell(column: int, row: int) -> tuple[int, int, int, int]:

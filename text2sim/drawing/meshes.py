@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from text2sim.assets.surface import scaled_normals, triangle_areas
 from text2sim.compiler.shapes.hulls import outward_hull
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.surface import VisualMesh, surface
@@ -96,8 +97,7 @@ def _capsule(radius: float, length: float, sides: int) -> Triangles:
 
 
 def _without_slivers(mesh: Triangles) -> Triangles:
-    a, b, c = mesh.corners.transpose(1, 0, 2)
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    area = triangle_areas(mesh.corners)
     keep = area > 1e-9 * max(float(area.max(initial=0.0)), 1e-30)
     return Triangles(mesh.corners[keep], mesh.normals[keep], None if mesh.colors is None else mesh.colors[keep])
 
@@ -120,8 +120,7 @@ def solid(piece: Piece, sides: int) -> Triangles:
 
 def flat_shaded(corners: np.ndarray) -> Triangles:
     """Return triangles (n, 3, 3) with flat normals."""
-    a, b, c = corners.transpose(1, 0, 2)
-    normals = np.cross(b - a, c - a)
+    normals = scaled_normals(corners)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
     return Triangles(corners, np.repeat(normals[:, None], 3, axis=1))
 

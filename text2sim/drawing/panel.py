@@ -6,6 +6,7 @@ from math import ceil, floor, log10
 
 import numpy as np
 
+from text2sim.assets.surface import scaled_normals
 from text2sim.drawing.canvas import FAINT, INK, Box, Canvas, Color, clipped, text_width
 from text2sim.drawing.picture import Picture
 from text2sim.drawing.prop import Stage
@@ -251,8 +252,7 @@ def _overlap(a: Box, b: Box) -> bool:
 
 
 def _normal(triangles: np.ndarray) -> np.ndarray:
-    a, b, c = triangles[0]
-    normal = np.cross(b - a, c - a)
+    normal = scaled_normals(triangles[:1])[0]
     return normal / np.linalg.norm(normal)
 
 

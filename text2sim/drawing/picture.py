@@ -94,8 +94,8 @@ class _Painter:
         y = (2.0 * (mixed // w)[:, None] + (0.5, 0.5, 1.5, 1.5)).ravel()
         colors = np.empty((len(parts), 3), np.float32)
         colors[:] = decoded(self.style.background)
-        there = np.flatnonzero(parts >= 0)
-        colors[there] = self.shade(parts[there], x[there], y[there])
+        drawn = np.flatnonzero(parts >= 0)
+        colors[drawn] = self.shade(parts[drawn], x[drawn], y[drawn])
         # Averaged in sRGB, which gives smoother edges between bright and dark things.
         light[mixed] = decoded(encoded(colors).reshape(-1, 4, 3).mean(axis=1))
         coverage = (ids >= 0).mean(axis=1, dtype=np.float32)
@@ -116,8 +116,8 @@ class _Painter:
         light = np.empty((len(triangle), 3), np.float32)
         grounds = self.plane[owner]
         for number in np.flatnonzero(np.bincount(owner[grounds])).tolist():
-            mine = np.flatnonzero(owner == number)
-            light[mine] = self._ground(triangle[mine], x[mine], y[mine]).T
+            own = np.flatnonzero(owner == number)
+            light[own] = self._ground(triangle[own], x[own], y[own]).T
         things = np.flatnonzero(~grounds)
         spots = self._spots(triangle[things], owner[things], x[things], y[things])
         light[things] = lit(spots, self.light.lamps, self.light.maps, self.light.ambient).T

@@ -18,10 +18,10 @@ from text2sim.compiler.shapes.surface import VisualMesh
 from text2sim.compiler.trees.tree import TreeGeom, TreeVisual
 
 Rgba = tuple[float, float, float, float]
-Dress = tuple[tuple[TreeGeom, ...], tuple[TreeVisual, ...]]
+LinkVisuals = tuple[tuple[TreeGeom, ...], tuple[TreeVisual, ...]]
 
 
-def urdf_dress(mechanism: Mechanism) -> dict[str, Dress]:
+def urdf_visuals(mechanism: Mechanism) -> dict[str, LinkVisuals]:
     """Return visual primitives and meshes by link, for links whose files can be read.
 
     Args:
@@ -30,7 +30,7 @@ def urdf_dress(mechanism: Mechanism) -> dict[str, Dress]:
     root = ET.fromstring(mechanism.text)
     palette = {name: color for node in root.iter("material") if (name := node.get("name")) and (color := _rgba(node))}
     files = dict(mechanism.files)
-    found: dict[str, Dress] = {}
+    found: dict[str, LinkVisuals] = {}
     for link in root.iter("link"):
         try:
             parts = [part for node in link.findall("visual") for part in _parts(node, palette, files)]

@@ -23,7 +23,7 @@ from text2sim.compiler.trees.file_bodies import geom_of
 from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeLink, tree_links
 from text2sim.drawing.meshes import Triangles, limited_surface, scale_of, solid, square, unit
 from text2sim.drawing.prop import Prop, Stage
-from text2sim.drawing.robots import urdf_dress
+from text2sim.drawing.robots import urdf_visuals
 from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet, Sleeve
 
 Rgba = tuple[float, float, float, float]
@@ -264,13 +264,13 @@ def _with_visuals(tree: Tree, mechanism: Mechanism, *, fine: bool) -> Tree:
     """The tree of a body from a file, with visual shapes of its links in place of collision shapes."""
     shapes = {link.name: (_visual_shapes(link), ()) for link in mechanism.links}
     if fine and mechanism.kind == "urdf":
-        shapes |= urdf_dress(mechanism)
+        shapes |= urdf_visuals(mechanism)
 
-    def dress(link: TreeLink) -> TreeLink:
+    def with_visuals(link: TreeLink) -> TreeLink:
         geoms, visuals = shapes.get(link.name, ((), ()))
-        return replace(link, geoms=geoms, visuals=visuals, children=tuple(map(dress, link.children)))
+        return replace(link, geoms=geoms, visuals=visuals, children=tuple(map(with_visuals, link.children)))
 
-    return replace(tree, roots=tuple(map(dress, tree.roots)), fixtures=shapes[mechanism.links[0].name][0])
+    return replace(tree, roots=tuple(map(with_visuals, tree.roots)), fixtures=shapes[mechanism.links[0].name][0])
 
 
 def _visual_shapes(link: MechanismLink) -> tuple[TreeGeom, ...]:

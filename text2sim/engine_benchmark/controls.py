@@ -18,13 +18,13 @@ def tables(plan: Plan) -> list[dict[str, Any]]:
     """
     motors = {(motor.entity, motor.joint): motor for motor in plan.motors}
     times = [round(k * plan.dt, 9) for k in range(plan.steps + 1)]
-    made = []
+    rows = []
     for drive in plan.drives:
         motor = motors.get((drive.entity, drive.joint))
         starts = [segment.start for segment in drive.segments]
         calls = [_call(str(segment.target)) for segment in drive.segments]
         targets = [_value(*calls[max(bisect_right(starts, t) - 1, 0)], t) for t in times]
-        made.append(
+        rows.append(
             {
                 "body": drive.entity,
                 "joint": drive.joint,
@@ -36,7 +36,7 @@ def tables(plan: Plan) -> list[dict[str, Any]]:
                 "targets": [float(f"{target:.9g}") for target in targets],
             }
         )
-    return made
+    return rows
 
 
 def _call(code: str) -> tuple[str, dict[str, Any]]:

@@ -73,42 +73,42 @@ class _Stage:
         usd, model, kinds = self.usd, self.model, self.mj.mjtGeom
         kind, size = kinds(int(model.geom_type[geom])), [float(x) for x in model.geom_size[geom]]
         if kind == kinds.mjGEOM_MESH:
-            made = usd.UsdGeom.Mesh.Define(self.stage, path)
+            prim = usd.UsdGeom.Mesh.Define(self.stage, path)
             mesh = int(model.geom_dataid[geom])
             a, n = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
             b, m = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
-            made.CreatePointsAttr(usd.Vt.Vec3fArray.FromNumpy(model.mesh_vert[a : a + n].astype(np.float32)))
-            made.CreateFaceVertexCountsAttr(usd.Vt.IntArray.FromNumpy(np.full(m, 3, np.int32)))
+            prim.CreatePointsAttr(usd.Vt.Vec3fArray.FromNumpy(model.mesh_vert[a : a + n].astype(np.float32)))
+            prim.CreateFaceVertexCountsAttr(usd.Vt.IntArray.FromNumpy(np.full(m, 3, np.int32)))
             faces = model.mesh_face[b : b + m].astype(np.int32).ravel()
-            made.CreateFaceVertexIndicesAttr(usd.Vt.IntArray.FromNumpy(faces))
-            made.CreateSubdivisionSchemeAttr(usd.UsdGeom.Tokens.none)
-            usd.UsdPhysics.MeshCollisionAPI.Apply(made.GetPrim()).CreateApproximationAttr("convexHull")
+            prim.CreateFaceVertexIndicesAttr(usd.Vt.IntArray.FromNumpy(faces))
+            prim.CreateSubdivisionSchemeAttr(usd.UsdGeom.Tokens.none)
+            usd.UsdPhysics.MeshCollisionAPI.Apply(prim.GetPrim()).CreateApproximationAttr("convexHull")
         elif kind == kinds.mjGEOM_BOX:
-            made = usd.UsdGeom.Cube.Define(self.stage, path)
-            made.CreateSizeAttr(2.0)
+            prim = usd.UsdGeom.Cube.Define(self.stage, path)
+            prim.CreateSizeAttr(2.0)
         elif kind == kinds.mjGEOM_SPHERE:
-            made = usd.UsdGeom.Sphere.Define(self.stage, path)
-            made.CreateRadiusAttr(size[0])
+            prim = usd.UsdGeom.Sphere.Define(self.stage, path)
+            prim.CreateRadiusAttr(size[0])
         elif kind == kinds.mjGEOM_PLANE:
-            made = usd.UsdGeom.Plane.Define(self.stage, path)
-            made.CreateAxisAttr("Z")
+            prim = usd.UsdGeom.Plane.Define(self.stage, path)
+            prim.CreateAxisAttr("Z")
         else:
             shape = usd.UsdGeom.Capsule if kind == kinds.mjGEOM_CAPSULE else usd.UsdGeom.Cylinder
-            made = shape.Define(self.stage, path)
-            made.CreateRadiusAttr(size[0])
-            made.CreateHeightAttr(2 * size[1])
-            made.CreateAxisAttr("Z")
-        self._place(made, model.geom_pos[geom], model.geom_quat[geom])
+            prim = shape.Define(self.stage, path)
+            prim.CreateRadiusAttr(size[0])
+            prim.CreateHeightAttr(2 * size[1])
+            prim.CreateAxisAttr("Z")
+        self._place(prim, model.geom_pos[geom], model.geom_quat[geom])
         if kind == kinds.mjGEOM_BOX:
-            made.AddScaleOp().Set(usd.Gf.Vec3f(*size))
-        usd.UsdPhysics.CollisionAPI.Apply(made.GetPrim())
+            prim.AddScaleOp().Set(usd.Gf.Vec3f(*size))
+        usd.UsdPhysics.CollisionAPI.Apply(prim.GetPrim())
         friction = float(model.geom_friction[geom][0])
         stuff = f"{ROOT}/materials/friction_{f'{friction:g}'.replace('.', '_').replace('-', '_')}"
         if not self.stage.GetPrimAtPath(stuff):
             material = usd.UsdPhysics.MaterialAPI.Apply(usd.UsdShade.Material.Define(self.stage, stuff).GetPrim())
             material.CreateStaticFrictionAttr(friction)
             material.CreateDynamicFrictionAttr(friction)
-        bound = usd.UsdShade.MaterialBindingAPI.Apply(made.GetPrim())
+        bound = usd.UsdShade.MaterialBindingAPI.Apply(prim.GetPrim())
         bound.Bind(usd.UsdShade.Material.Get(self.stage, stuff), materialPurpose="physics")
 
     def _joints(self, body: int) -> None:
@@ -128,20 +128,20 @@ class _Stage:
             }[kind]
             name = usd.Tf.MakeValidIdentifier(model.joint(joint).name)
             axis = None if kind == kinds.mjJNT_BALL else model.jnt_axis[joint]
-            made = self._joint(shape, f"{ROOT}/joint_{name}", parent, body, model.jnt_pos[joint], axis)
+            prim = self._joint(shape, f"{ROOT}/joint_{name}", parent, body, model.jnt_pos[joint], axis)
             if model.body_weldid[parent] == 0:  # the root of a fixed articulation is this joint
-                usd.UsdPhysics.ArticulationRootAPI.Apply(made.GetPrim())
+                usd.UsdPhysics.ArticulationRootAPI.Apply(prim.GetPrim())
             if axis is None:
                 continue
             # UsdPhysics has angles in degrees.
             unit = 180 / np.pi if kind == kinds.mjJNT_HINGE else 1.0
             if model.jnt_limited[joint]:
                 low, high = (float(x * unit) for x in model.jnt_range[joint])
-                made.CreateLowerLimitAttr(low)
-                made.CreateUpperLimitAttr(high)
+                prim.CreateLowerLimitAttr(low)
+                prim.CreateUpperLimitAttr(high)
             for motor in range(model.nu):
                 if model.actuator_trnid[motor][0] == joint:
-                    drive = usd.UsdPhysics.DriveAPI.Apply(made.GetPrim(), "angular" if unit > 1 else "linear")
+                    drive = usd.UsdPhysics.DriveAPI.Apply(prim.GetPrim(), "angular" if unit > 1 else "linear")
                     drive.CreateStiffnessAttr(float(-model.actuator_biasprm[motor][1] / unit))
                     drive.CreateDampingAttr(float(-model.actuator_biasprm[motor][2] / unit))
                     if model.actuator_forcelimited[motor]:
@@ -151,18 +151,18 @@ class _Stage:
         model, name = self.model, f"{ROOT}/loop_{row}"
         if self.mj.mjtEq(int(model.eq_type[row])) == self.mj.mjtEq.mjEQ_CONNECT:
             one, other = int(model.eq_obj1id[row]), int(model.eq_obj2id[row])
-            made = self._joint(self.usd.UsdPhysics.SphericalJoint, name, other, one, model.eq_data[row][:3], None)
-            made.CreateExcludeFromArticulationAttr(True)
+            prim = self._joint(self.usd.UsdPhysics.SphericalJoint, name, other, one, model.eq_data[row][:3], None)
+            prim.CreateExcludeFromArticulationAttr(True)
 
     def _joint(self, shape: Any, path: str, parent: int, body: int, anchor: Any, axis: Any) -> Any:
         """Define a joint at a point of a body; its axis, if any, is the joint's x axis."""
         usd, mj, data = self.usd, self.mj, self.data
-        made = shape.Define(self.stage, path)
-        made.CreateBody0Rel().SetTargets([self.paths[parent]])
-        made.CreateBody1Rel().SetTargets([self.paths[body]])
+        joint = shape.Define(self.stage, path)
+        joint.CreateBody0Rel().SetTargets([self.paths[parent]])
+        joint.CreateBody1Rel().SetTargets([self.paths[body]])
         turn = np.array([1.0, 0, 0, 0])
         if axis is not None:
-            made.CreateAxisAttr("X")
+            joint.CreateAxisAttr("X")
             mj.mju_quatZ2Vec(turn, np.array(axis, float))
             side = np.array([np.sqrt(0.5), 0, -np.sqrt(0.5), 0])  # rotates x to z
             mj.mju_mulQuat(turn, turn.copy(), side)
@@ -174,11 +174,11 @@ class _Stage:
         mj.mju_rotVecQuat(local, world, back)
         mj.mju_mulQuat(quat, back, data.xquat[body])
         mj.mju_mulQuat(quat, quat.copy(), turn)
-        made.CreateLocalPos0Attr(usd.Gf.Vec3f(*map(float, local)))
-        made.CreateLocalRot0Attr(usd.Gf.Quatf(*map(float, quat)))
-        made.CreateLocalPos1Attr(usd.Gf.Vec3f(*map(float, anchor)))
-        made.CreateLocalRot1Attr(usd.Gf.Quatf(*map(float, turn)))
-        return made
+        joint.CreateLocalPos0Attr(usd.Gf.Vec3f(*map(float, local)))
+        joint.CreateLocalRot0Attr(usd.Gf.Quatf(*map(float, quat)))
+        joint.CreateLocalPos1Attr(usd.Gf.Vec3f(*map(float, anchor)))
+        joint.CreateLocalRot1Attr(usd.Gf.Quatf(*map(float, turn)))
+        return joint
 
     def _place(self, made: Any, pos: Any, quat: Any) -> None:
         made.AddTranslateOp().Set(self.usd.Gf.Vec3d(*map(float, pos)))

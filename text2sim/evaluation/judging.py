@@ -23,13 +23,7 @@ from text2sim.agents.models.files import write_durably
 from text2sim.evaluation.exhibit import ResultExhibit, bind_facts, exhibit_of
 from text2sim.evaluation.method_folder import PROMPT_FILE, MethodFolder, PromptResult, read_method
 from text2sim.evaluation.prompt_templates import render_prompt
-from text2sim.evaluation.scores import (
-    PhysicalReply,
-    VisualReply,
-    physical_faults,
-    physical_score,
-    visual_score,
-)
+from text2sim.evaluation.scores import PhysicalReply, VisualReply, physical_faults, physical_score, visual_score
 from text2sim.evaluation.suite import Prompt, Suite
 from text2sim.recording.record import RunRecord
 from text2sim.recording.run_files import read_json, read_text
@@ -258,10 +252,10 @@ def read_judgements(out: Path) -> tuple[dict[str, Any], list[Judgement]]:
         belongs = record["prompts"].get(turn.prompt) == row.digest and turn.method in record["methods"]
         if belongs and turn.repeat <= record["repeats"] and turn.judge <= len(record["models"]):
             rows.append(row)
-    there = {row.turn for row in rows}
+    turns = {row.turn for row in rows}
     for name, method in product(record["judged"], record["methods"]):
         for turn in _turns(name, method, len(record["models"]), record["repeats"]):
-            if turn not in there:
+            if turn not in turns:
                 rows.append(Judgement(turn, record["prompts"][name], "not_judged", None, "nobody has judged it yet"))
     return record, rows
 
@@ -274,10 +268,10 @@ def scores_of_runs(out: Path) -> dict[str, list[dict[str, Any]]]:
         SpecError: If a `method.json` is invalid.
     """
     record, rows = read_judgements(out)
-    made = {name: read_method(Path(folder)).made for name, folder in record["methods"].items()}
+    results = {name: read_method(Path(folder)).made for name, folder in record["methods"].items()}
     found = defaultdict[str, list[dict[str, Any]]](list)
     for row in rows:
-        result = made[row.turn.method].get(row.turn.prompt)
+        result = results[row.turn.method].get(row.turn.prompt)
         run = result.path("run") if result is not None else None
         ran = RunRecord.read(run) if run is not None else None
         if row.state == "judged" and ran is not None and ran.key.get("sim_digest"):

@@ -58,7 +58,7 @@ class Motion:
         """Return the summary for a judge, one sentence per row."""
         rows = [f"`{copy}` is moved by no force: {why}" for copy, why in list(self.keyframed.items())[:12]]
         rows += [
-            f"`{name}` moves along a prescribed path (`driven`), {100 * part:.0f} % of all ways in the scene"
+            f"`{name}` moves along a prescribed path (`driven`), {100 * part:.0f} % of all paths in the scene"
             for name, part in self.driven.items()
         ]
         if not self.keyframed:
@@ -78,11 +78,11 @@ def motion_of(recording: RecordedCase) -> Motion:
     is unexplained, or 0.1 m of it in a row: where many crowd, some frames of some of them always are.
     """
     keyframed: dict[str, str] = {}
-    ways: dict[str, float] = {}
+    distances: dict[str, float] = {}
     given = _impulses(recording)
     for target in recording.names.loose:
         moved, odd, worst = _unexplained_motion(recording, target, given)
-        ways[target.copy] = float(moved.max(axis=1).sum())
+        distances[target.copy] = float(moved.max(axis=1).sum())
         moving = moved > MAX_REST_DISPLACEMENT
         share = float(moved[odd & moving].sum() / moved[moving].sum()) if moving.any() else 0.0
         far = _longest_run(moved, odd & moving)
@@ -98,19 +98,19 @@ def motion_of(recording: RecordedCase) -> Motion:
             keyframed[target.copy] = f"its positions do not follow from forces over {far:.2g} m in a row"
     driven: dict[str, float] = {}
     for copy in recording.names.driven:
-        way = float(np.linalg.norm(np.diff(recording.origin(recording.names.copies[copy]), axis=0), axis=1).sum())
-        driven[body_of(copy)] = driven.get(body_of(copy), 0.0) + way
-    whole = sum(ways.values()) + sum(driven.values())
-    part = sum(ways[copy] for copy in keyframed) / whole if whole > MAX_REST_DISPLACEMENT else 0.0
-    driven = {name: way / whole if whole > MAX_REST_DISPLACEMENT else 0.0 for name, way in driven.items()}
-    return Motion(keyframed, driven, part, len(ways))
+        distance = float(np.linalg.norm(np.diff(recording.origin(recording.names.copies[copy]), axis=0), axis=1).sum())
+        driven[body_of(copy)] = driven.get(body_of(copy), 0.0) + distance
+    whole = sum(distances.values()) + sum(driven.values())
+    part = sum(distances[copy] for copy in keyframed) / whole if whole > MAX_REST_DISPLACEMENT else 0.0
+    driven = {name: distance / whole if whole > MAX_REST_DISPLACEMENT else 0.0 for name, distance in driven.items()}
+    return Motion(keyframed, driven, part, len(distances))
 
 
 def _longest_run(moved: Array, odd: Array) -> float:
     """Return the longest path [m] of a link over frames in a row that are odd; both arrays are (F-1, L)."""
     best, now = 0.0, np.zeros(moved.shape[1])
-    for way, wrong in zip(moved, odd, strict=True):
-        now = np.where(wrong, now + way, 0.0)
+    for distance, wrong in zip(moved, odd, strict=True):
+        now = np.where(wrong, now + distance, 0.0)
         best = max(best, float(now.max()))
     return best
 
@@ -142,10 +142,10 @@ def _unexplained_motion(
     there = ~recording.gone(target.copy)
     if centers.shape[0] < 2 or not centers.shape[1]:
         return np.zeros((0, 1)), np.zeros((0, 1), bool), (0.0, 0.0)
-    ways = np.diff(centers, axis=0)
+    steps = np.diff(centers, axis=0)
     before, after = velocities[:-1], velocities[1:]
-    gap = np.linalg.norm(ways - step[..., None] * (before + after) / 2, axis=-1)
-    moved = np.linalg.norm(ways, axis=-1)
+    gap = np.linalg.norm(steps - step[..., None] * (before + after) / 2, axis=-1)
+    moved = np.linalg.norm(steps, axis=-1)
     driven = any(control.kind == "drive" for control in _controls_on(recording.case, body_of(target.copy)))
     slack = SOFT_SLACK if target.soft is not None else MOTOR_SLACK if driven else INTEGRATION_SLACK
     bound = step * np.linalg.norm(after - before, axis=-1) / 2 + slack * moved + MAX_REST_DISPLACEMENT

@@ -34,7 +34,7 @@ from text2sim.evaluation.ledger import (
     CardDebt,
     CardRecord,
     CardTrial,
-    count_dealt_cards,
+    count_offered_cards,
     digest_of,
     read_ledger,
     record_card,
@@ -210,8 +210,8 @@ class Learning:
             raise Wrong([f"/card/id: there is a card `{card.id}` already"])
         for entry in everything.values():
             if entry.id != edits and likeness(card, entry.card) >= DUPLICATE_LIKENESS:
-                way = f"edit it (`edits: {entry.id}`)" if entry.id in library.entries else "it comes with text2sim"
-                raise Wrong([f"/card: it says the same as `{entry.id}`: {way}"])
+                remedy = f"edit it (`edits: {entry.id}`)" if entry.id in library.entries else "it comes with text2sim"
+                raise Wrong([f"/card: it says the same as `{entry.id}`: {remedy}"])
 
     def _check_by_running(self, draft: CardDraft, folder: Path) -> None:
         """Run both cases of a card, and reject it if they do not show what it says."""
@@ -243,7 +243,7 @@ class Learning:
                 prompt=prompt_id,
                 before=scores_before[prompt_id],
                 after=scores_after[prompt_id],
-                dealt=count_dealt_cards([after.made.made[prompt_id].folder])[1][id] > 0,
+                dealt=count_offered_cards([after.made.made[prompt_id].folder])[1][id] > 0,
             )
             for prompt_id in prompts
             if prompt_id in scores_before and prompt_id in scores_after
@@ -265,13 +265,13 @@ class Learning:
     def consolidate(self) -> None:
         """Have cards with the same content merged."""
         for first, second in combinations(self._library().entries, 2):
-            there, known = self._library().entries, read_ledger(self.cards).cards
+            entries, known = self._library().entries, read_ledger(self.cards).cards
             if (
-                not {first, second} <= there.keys() & known.keys()
-                or likeness(there[first].card, there[second].card) < DUPLICATE_LIKENESS
+                not {first, second} <= entries.keys() & known.keys()
+                or likeness(entries[first].card, entries[second].card) < DUPLICATE_LIKENESS
             ):
                 continue
-            pair = {name: there[name] for name in (first, second)}
+            pair = {name: entries[name] for name in (first, second)}
             question = render_prompt("merge_ask", cards=[entry.card.brief() for entry in pair.values()])
             system = render_prompt("merge", ids=list(pair), schema=yaml_text(card_schema()))
             drafts: list[CardDraft] = []

@@ -141,13 +141,13 @@ def learned_from(ledger: CardLedger, cards: Path) -> Suite:
     return Suite.model_construct(name="the ledger of cards", prompts={name: ledger.prompts[name] for name in prompts})
 
 
-def count_dealt_cards(folders: Iterable[Path]) -> tuple[int, Counter[str]]:
-    """Return the number of loops below some folders, and the number of them in which each card was dealt."""
-    runs, dealt = 0, Counter[str]()
+def count_offered_cards(folders: Iterable[Path]) -> tuple[int, Counter[str]]:
+    """Return the number of loops below some folders, and the number of them in which each card was offered."""
+    runs, offered = 0, Counter[str]()
     for file in sorted({file for folder in folders for file in folder.rglob("generation/run.json")}):
         record = read_json(file)
         cards = record.get("cards") if isinstance(record, dict) else None
         if isinstance(cards, dict):
             runs += 1
-            dealt.update({str(card) for row in cards.values() if isinstance(row, list) for card in row})
-    return runs, dealt
+            offered.update({str(card) for row in cards.values() if isinstance(row, list) for card in row})
+    return runs, offered

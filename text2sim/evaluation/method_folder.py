@@ -168,8 +168,10 @@ def read_made(folder: Path) -> PromptResult:
         result, document = read_model(folder / RESULT, CaseResult, "a result")
     except SpecError as error:
         return PromptResult(folder, discover_result(folder), tuple(error.problems))
-    made = PromptResult(folder, result)
-    missing = [name for name in ("film", "program", "run", "log") if getattr(result, name) and not made.path(name)]
+    prompt_result = PromptResult(folder, result)
+    missing = [
+        name for name in ("film", "program", "run", "log") if getattr(result, name) and not prompt_result.path(name)
+    ]
     problems = [document.problem((name,), "there is no such file in the folder", rule="no-file") for name in missing]
     return PromptResult(folder, result, tuple(problems))
 
@@ -187,7 +189,7 @@ def discover_result(folder: Path) -> CaseResult:
     ):
         if files:
             found[name] = files[0]
-    return CaseResult.model_validate({"prompt": prompt_id(folder), "status": "unknown", **found})
+    return CaseResult.model_validate({"prompt": folder.resolve().name, "status": "unknown", **found})
 
 
 def resources_of(spent: Mapping[str, Any]) -> Resources:
@@ -197,11 +199,6 @@ def resources_of(spent: Mapping[str, Any]) -> Resources:
         calls=spent["calls"] + spent["cached"], tokens_in=spent["tokens_in"], tokens_out=spent["tokens_out"],
         tokens_cached=spent["again"], cost=spent["cost"] if known else None, seconds=spent["seconds"],
     )  # fmt: skip
-
-
-def prompt_id(folder: Path) -> str:
-    """Return the id of the prompt that a folder is for."""
-    return folder.resolve().name
 
 
 def write_result(folder: Path, result: CaseResult) -> None:

@@ -121,8 +121,8 @@ def _case(tables: Tables, out: Path, name: str, prompt: Prompt) -> dict[str, Any
 
 def _film(tables: Tables, method: str, prompt: str) -> Path | None:
     folder = tables.methods[method]
-    made = folder.made.get(prompt) if folder is not None else None
-    return made.path("film") if made is not None else None
+    result = folder.made.get(prompt) if folder is not None else None
+    return result.path("film") if result is not None else None
 
 
 def _strips(films: dict[str, Path | None]) -> tuple[list[float], dict[str, list[str]]]:

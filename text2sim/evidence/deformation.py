@@ -190,9 +190,9 @@ def closed(points: Array, faces: Array) -> bool:
     sides = own[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     key = sides.min(axis=1) * (own.max(initial=0) + 1) + sides.max(axis=1)
     order = np.argsort(key, kind="stable")
-    key, way = key[order], np.where(sides[:, 0] < sides[:, 1], 1, -1)[order]
+    key, direction = key[order], np.where(sides[:, 0] < sides[:, 1], 1, -1)[order]
     begins = np.flatnonzero(np.diff(key, prepend=-1))
-    return len(own) > 0 and not np.add.reduceat(way, begins).any()
+    return len(own) > 0 and not np.add.reduceat(direction, begins).any()
 
 
 def sum_over_tets(body: RecordedDeformable, of: Callable[[Array, Array], Array]) -> Array:

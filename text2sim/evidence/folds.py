@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from text2sim.assets.surface import triangle_areas
 from text2sim.evidence.deformation import DeformationError, triangles
 from text2sim.recording.deformables import RecordedDeformable, frame_spans
 from text2sim.recording.states import Array
@@ -29,9 +30,9 @@ def folded_area(body: RecordedDeformable, axis: int) -> Array:
     faces, points = triangles(body)
     if not len(points):
         return np.zeros(0)
-    first = points[0].astype(float)[faces]
-    area = np.linalg.norm(np.cross(first[:, 1] - first[:, 0], first[:, 2] - first[:, 0]), axis=1)
-    cell = float(np.sqrt(area.mean()))  # leg of a right triangle of mean area
+    cell = float(
+        np.sqrt(2 * triangle_areas(points[0].astype(float)[faces]).mean())
+    )  # leg of a right triangle of mean area
     plane = [k for k in range(3) if k != axis]
     found = [
         _count_hidden_cells(points[span][..., plane].astype(float) / cell, faces)

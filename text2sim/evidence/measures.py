@@ -90,10 +90,9 @@ def _value(recording: RecordedCase, measure: measures.Measure) -> tuple[Array, s
         if len(kinds) != 1 or not kinds <= {"hinge", "slider"}:
             named = ", ".join(measure.subjects)
             raise MeasureError(f"{named}: only hinges and sliders have a position (got {', '.join(sorted(kinds))})")
-        values = [_joint(recording, measure.kind, joint) for _, joint in joints]
         unit = JOINT_UNITS[measure.kind][kinds.pop()]
         values = [
-            np.where(recording.gone(joint.body), np.nan, row) for row, (_, joint) in zip(values, joints, strict=True)
+            np.where(recording.gone(joint.body), np.nan, _joint(recording, measure.kind, joint)) for _, joint in joints
         ]
         return _reduce(measure, values), "" if measure.stat == "count" else unit
     if isinstance(measure, measures.Bend):
@@ -101,11 +100,10 @@ def _value(recording: RecordedCase, measure: measures.Measure) -> tuple[Array, s
         return _reduce(measure, values, "joints"), measure.value_unit
     if measure.kind in _PER_TARGET:
         targets = recording.names.select(measure.of)  # type: ignore[union-attr]
+        present = np.stack([~recording.gone(t.copy) for t in targets])
         values = [_PER_TARGET[measure.kind](recording, measure, t) for t in targets]
-        values = [np.where(recording.gone(t.copy), np.nan, row) for row, t in zip(values, targets, strict=True)]
-        return _reduce(
-            measure, values, present=np.stack([~recording.gone(t.copy) for t in targets])
-        ), measure.value_unit
+        values = [np.where(row, value, np.nan) for row, value in zip(present, values, strict=True)]
+        return _reduce(measure, values, present=present), measure.value_unit
     return _COLLECTIVE[measure.kind](recording, measure), measure.value_unit
 
 
@@ -275,7 +273,7 @@ def _extent(recording: RecordedCase, measure: measures.Extent) -> Array:
 
 
 def _reach_of_links(
-    recording: RecordedCase, targets: Sequence[RecordedTarget], axis: str, frame: int | None = None
+    recording: RecordedCase, targets: Sequence[RecordedTarget], axis: str, frame: int | None
 ) -> tuple[Array, Array]:
     """Return the lowest and highest coordinate (F,) of the links of targets while they are in the scene."""
     leaving = [target for target in targets if target.copy in recording.states.removed]

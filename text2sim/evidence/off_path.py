@@ -55,8 +55,8 @@ def held_up(rows: list[dict[str, Any]]) -> list[str]:
 def _distance(recording: RecordedCase, target: RecordedTarget, body: Driven) -> Array:
     """Distance [m] from the prescribed position, shape (F,)."""
     path = np.array([displacement(body.motion, float(t)) for t in recording.states.time])
-    way = recording.states.pos[:, target.root].astype(float)
-    return np.linalg.norm(way - way[0] - (path - path[0]), axis=1)
+    positions = recording.states.pos[:, target.root].astype(float)
+    return np.linalg.norm(positions - positions[0] - (path - path[0]), axis=1)
 
 
 def _angle(recording: RecordedCase, target: RecordedTarget, motion: Spin) -> Array:

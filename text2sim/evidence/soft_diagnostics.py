@@ -107,9 +107,7 @@ def _volume(recording: RecordedCase, body: RecordedDeformable) -> Array:
 
 def _strain(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
     """Return the 99th percentile of strain, because single particles may have escaped; None for bodies that flow."""
-    if body.kind != "soft":
-        return None
-    return np.percentile(deformation.strains(body), 99, axis=1)
+    return None if body.kind != "soft" else np.percentile(deformation.strains(body), 99, axis=1)
 
 
 def _share_at_walls(recording: RecordedCase, body: RecordedDeformable) -> Array | None:

@@ -16,11 +16,10 @@ from text2sim.evidence.selection import RecordedTarget
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models import measures
-from text2sim.spec_schema.models.base import AXES, listed
+from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.models.regions import SIDES, BodyRegion
 from text2sim.spec_schema.names.selectors import body_of
 
-_AXES = list(AXES)
 _FLAT = 1e-6
 
 
@@ -219,10 +218,10 @@ def gap(
     cloud = recording.cloud(body)
     found = nearest_solid(cloud, recording.states, recording.shapes.of_links(links_of(others)), limit)
     for other in others:
-        theirs = recording.deformable(other)
-        if theirs is None or theirs is body:
+        other_body = recording.deformable(other)
+        if other_body is None or other_body is body:
             continue
-        one = nearest_cloud(cloud, recording.cloud(theirs), found.value)
+        one = nearest_cloud(cloud, recording.cloud(other_body), found.value)
         nearer = one.value < found.value
         found.value[nearer], found.pos[nearer], found.of[nearer] = one.value[nearer], one.pos[nearer], -1
     return found

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.assets.surface import scaled_normals
 from text2sim.recording.states import Array
 
 MAX_COMPARED_PAIRS = 1_000_000
@@ -84,8 +85,8 @@ class LinkSolid:
     @cached_property
     def _planes(self) -> tuple[Array, Array]:
         """Outward normals (m, 3) and offsets (m,) of the faces of a hull."""
-        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))  # type: ignore[index]
-        normal = np.cross(b - a, c - a)
+        corners = self.vertices[self.faces]  # type: ignore[index]
+        a, normal = corners[:, 0], scaled_normals(corners)
         size = np.linalg.norm(normal, axis=1)
         normal, a = normal[size > 0] / size[size > 0, None], a[size > 0]
         middle = self.vertices.mean(axis=0)  # type: ignore[union-attr]
@@ -131,8 +132,7 @@ def solid_of_mesh(vertices: Array, faces: Array) -> LinkSolid | None:
 
 def is_convex(vertices: Array, faces: Array) -> bool:
     """Return whether no vertex lies outside the plane of any face."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
+    a, normal = vertices[faces[:, 0]], scaled_normals(vertices[faces])
     size = np.linalg.norm(normal, axis=1, keepdims=True)
     normal = normal / np.maximum(size, 1e-30)
     out = max(
@@ -177,7 +177,7 @@ def _to_triangles(points: Array, triangles: Array) -> Array:
         p = points[first : first + block, None]
         nearest = np.full((len(p), len(triangles)), np.inf)
         a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
-        normal = np.cross(b - a, c - a)
+        normal = scaled_normals(triangles)
         size = np.linalg.norm(normal, axis=1)
         over = np.ones(nearest.shape, bool)
         for start, end in ((a, b), (b, c), (c, a)):

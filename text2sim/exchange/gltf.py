@@ -231,9 +231,9 @@ class _Writer:
 
     def _texture(self, source: Path) -> tuple[int, bool]:
         if source not in self._textures:
-            made = self._place / f"picture_{len(self._textures)}.png"
-            holed = save_picture(source, made)
-            image = self.glb.add("images", {"mimeType": "image/png", "bufferView": self.glb.view(made.read_bytes())})
+            path = self._place / f"picture_{len(self._textures)}.png"
+            holed = save_picture(source, path)
+            image = self.glb.add("images", {"mimeType": "image/png", "bufferView": self.glb.view(path.read_bytes())})
             if "samplers" not in self.glb.document:
                 self.glb.add("samplers", {"wrapS": 10497, "wrapT": 10497, "magFilter": 9729, "minFilter": 9987})
             self._textures[source] = self.glb.add("textures", {"source": image, "sampler": 0}), holed

@@ -77,18 +77,18 @@ class Figure:
             self.faces = self._shell.faces
             uvs = arrays.get("uvs")
             if uvs is not None and len(uvs) == len(rest):
-                self.uvs = uvs[self._shell.worn].astype(np.float32)
+                self.uvs = uvs[self._shell.sources].astype(np.float32)
         self.material = material_of(part.look, two_sided=part.kind == "cloth", has_uvs=self.uvs is not None)
 
     @property
     def size(self) -> int:
         """Number of vertices or particles."""
-        return self._columns.stop - self._columns.start if self._shell is None else len(self._shell.worn)
+        return self._columns.stop - self._columns.start if self._shell is None else len(self._shell.sources)
 
     def points(self, frame: int) -> Array:
         """Return its vertices or particles in a recorded frame [m], shape (n, 3)."""
         places = self._places(frame)
-        return places if self._shell is None else places[self._shell.worn]
+        return places if self._shell is None else places[self._shell.sources]
 
     def normals(self, frame: int) -> Array:
         """Return a unit normal for each vertex in a recorded frame, shape (n, 3)."""

@@ -104,7 +104,7 @@ class _Writer:
         stage.GetRootLayer().comment = f"{scenery.recording.folder.name}, written by text2sim {__version__}"
         self._materials = UsdMaterials(stage, f"{ROOT}/materials", textures)
         self._shapes: dict[tuple[Path, bool], str] = {}
-        self._dressed: dict[tuple[Path, ExportMaterial], str] = {}
+        self._painted: dict[tuple[Path, ExportMaterial], str] = {}
         uses = Counter((piece.mesh, piece.material.two_sided) for link in scenery.links for piece in link.pieces)
         self._shared = {key for key, count in uses.items() if count > 1}
 
@@ -149,7 +149,7 @@ class _Writer:
         key = piece.mesh, piece.material.two_sided
         if key in self._shared:
             shape = self._usd.UsdGeom.Xform.Define(self._stage, path)
-            shape.GetPrim().GetReferences().AddInternalReference(self._dress(piece.mesh, piece.material))
+            shape.GetPrim().GetReferences().AddInternalReference(self._painted_shape(piece.mesh, piece.material))
             shape.GetPrim().SetInstanceable(True)
         else:
             shape = self._mesh(path, *key)
@@ -158,21 +158,21 @@ class _Writer:
             shape.AddTranslateOp().Set(self._usd.Gf.Vec3d(*piece.pos))
             shape.AddOrientOp().Set(self._usd.Gf.Quatf(*piece.quat))
 
-    def _dress(self, mesh: Path, material: ExportMaterial) -> str:
+    def _painted_shape(self, mesh: Path, material: ExportMaterial) -> str:
         """The path of the class whose instances are all copies of a shape with one material.
 
         The material is bound inside the class, because not every reader supports materials of instances.
         """
         key = mesh, material
-        if key not in self._dressed:
+        if key not in self._painted:
             shape = self._shape(mesh, material.two_sided)
-            path = f"{ROOT}/shapes/worn_{len(self._dressed)}"
+            path = f"{ROOT}/shapes/painted_{len(self._painted)}"
             self._stage.CreateClassPrim(path)
             prim = self._stage.DefinePrim(f"{path}/mesh")
             prim.GetReferences().AddInternalReference(f"{shape}/mesh")
             self._materials.bind(prim, material)
-            self._dressed[key] = path
-        return self._dressed[key]
+            self._painted[key] = path
+        return self._painted[key]
 
     def _shape(self, mesh: Path, two_sided: bool) -> str:
         """The path of the class with a mesh, which is stored once."""

@@ -44,35 +44,35 @@ def add_lights(stage: Any, at: str, film: dict[str, Any], name_of: Any) -> None:
 
 
 def _sun(stage: Any, path: str, light: dict[str, Any], color: Any, strength: float) -> None:
-    made = openusd().UsdLux.DistantLight.Define(stage, path)
-    _common(made, color, strength)
-    made.CreateNormalizeAttr(True)  # its intensity is then the irradiance of a surface that faces it
-    made.CreateAngleAttr(degrees(light["angle"]))
-    _place(made, (0, 0, 0), light["direction"])
+    light_prim = openusd().UsdLux.DistantLight.Define(stage, path)
+    _common(light_prim, color, strength)
+    light_prim.CreateNormalizeAttr(True)  # its intensity is then the irradiance of a surface that faces it
+    light_prim.CreateAngleAttr(degrees(light["angle"]))
+    _place(light_prim, (0, 0, 0), light["direction"])
 
 
 def _softbox(stage: Any, path: str, light: dict[str, Any], color: Any, strength: float) -> None:
-    made = openusd().UsdLux.RectLight.Define(stage, path)
-    _common(made, color, strength / box_irradiance(light["size"], light["distance"]))
-    made.CreateWidthAttr(light["size"])
-    made.CreateHeightAttr(light["size"])
+    light_prim = openusd().UsdLux.RectLight.Define(stage, path)
+    _common(light_prim, color, strength / box_irradiance(light["size"], light["distance"]))
+    light_prim.CreateWidthAttr(light["size"])
+    light_prim.CreateHeightAttr(light["size"])
     direction = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
     pos = np.asarray(light["at"], float) - light["distance"] * direction
-    _place(made, pos, direction)
+    _place(light_prim, pos, direction)
 
 
 def _lamp(stage: Any, path: str, light: dict[str, Any], color: Any, strength: float) -> None:
-    made = openusd().UsdLux.SphereLight.Define(stage, path)
+    light_prim = openusd().UsdLux.SphereLight.Define(stage, path)
     radius = POINT if light["kind"] == "spot" else float(light["radius"])
-    _common(made, color, strength / (pi * radius**2))
-    made.CreateRadiusAttr(radius)
+    _common(light_prim, color, strength / (pi * radius**2))
+    light_prim.CreateRadiusAttr(radius)
     direction = (0, 0, -1)
     if light["kind"] == "spot":
-        shaping = openusd().UsdLux.ShapingAPI.Apply(made.GetPrim())
+        shaping = openusd().UsdLux.ShapingAPI.Apply(light_prim.GetPrim())
         shaping.CreateShapingConeAngleAttr(degrees(light["angle"]) / 2)
         shaping.CreateShapingConeSoftnessAttr(float(light["blur"]))
         direction = np.subtract(light["look_at"], light["pos"])
-    _place(made, light["pos"], direction)
+    _place(light_prim, light["pos"], direction)
 
 
 def _common(made: Any, color: Any, intensity: float) -> None:

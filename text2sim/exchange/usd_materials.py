@@ -35,7 +35,7 @@ class UsdMaterials:
     def _make(self, path: str, material: ExportMaterial) -> Any:
         usd = openusd()
         kinds, shader = usd.Sdf.ValueTypeNames, usd.UsdShade.Shader
-        made = usd.UsdShade.Material.Define(self._stage, path)
+        material_prim = usd.UsdShade.Material.Define(self._stage, path)
         surface = shader.Define(self._stage, f"{path}/surface")
         surface.CreateIdAttr("UsdPreviewSurface")
         for name in ("roughness", "metallic", "opacity", "clearcoat"):
@@ -57,8 +57,8 @@ class UsdMaterials:
             if material.picture in self._holed:
                 surface.GetInput("opacity").ConnectToSource(texture.CreateOutput("a", kinds.Float))
                 surface.CreateInput("opacityThreshold", kinds.Float).Set(0.5)
-        made.CreateSurfaceOutput().ConnectToSource(surface.CreateOutput("surface", kinds.Token))
-        return made
+        material_prim.CreateSurfaceOutput().ConnectToSource(surface.CreateOutput("surface", kinds.Token))
+        return material_prim
 
     def _picture(self, source: Path) -> str:
         if source not in self.pictures:

@@ -12,15 +12,7 @@ from typing import Any, Literal
 
 from text2sim import __version__
 from text2sim.compiler.plan import Plan
-from text2sim.harness.folder import (
-    Wanted,
-    Work,
-    drop_previous,
-    install_program,
-    install_run,
-    remaining_work,
-    staging,
-)
+from text2sim.harness.folder import Wanted, Work, drop_previous, install_program, install_run, remaining_work, staging
 from text2sim.harness.rescue import rescue
 from text2sim.harness.result import RunResult
 from text2sim.harness.sources import film_code, judge_code, simulation_code

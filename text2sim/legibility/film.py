@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from text2sim.assets.surface import triangle_areas
 from text2sim.legibility.recorded import Recorded
 from text2sim.legibility.sight import Sight, Things
 from text2sim.recording.film_record import FilmRecord
@@ -125,7 +126,7 @@ class Watcher:
 def _middles(things: Things) -> Array:
     """Centres of the surfaces of all things [m], shape (m, 3); nan for things without a surface."""
     corners = things.triangles
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    area = triangle_areas(corners)
     rows = (
         np.bincount(things.owner, weights, things.number)
         for weights in (area, *(corners.mean(axis=1) * area[:, None]).T)

@@ -132,9 +132,9 @@ def _about_bodies(watcher: Watcher, pictures: list[Frame], rows: list[Row]) -> l
     found = []
     removed = {body_of(copy) for copy in watcher.recording.states.removed}
     for name in watcher.moving:
-        numbers, mine = _body(rows, name), [row["bodies"].get(name) for row in rows]
-        there = [row for row in mine if row is not None]
-        if not there:
+        numbers, body_rows = _body(rows, name), [row["bodies"].get(name) for row in rows]
+        present = [row for row in body_rows if row is not None]
+        if not present:
             found.append(f"`{name}` is in no picture")
             continue
         if not numbers["seen"]:
@@ -142,11 +142,11 @@ def _about_bodies(watcher: Watcher, pictures: list[Frame], rows: list[Row]) -> l
             continue
         if numbers["share"]["max"] < SMALL_SHARE:
             found.append(f"`{name}` fills at most {_percent(numbers['share']['max'])} of the picture")
-        if mine[0] is not None and mine[-1] is None and name not in removed:
+        if body_rows[0] is not None and body_rows[-1] is None and name not in removed:
             found.append(f"`{name}` leaves the picture at {_last_seen(watcher, pictures, rows, name):.2f} s")
-        elif median(row["inside"] for row in there) < CUT_SHARE:
+        elif median(row["inside"] for row in present) < CUT_SHARE:
             found.append(f"most of `{name}` is beyond the edges of the picture")
-        if median(row["hidden"] or 0.0 for row in there) > HIDDEN_SHARE:
+        if median(row["hidden"] or 0.0 for row in present) > HIDDEN_SHARE:
             found.append(f"`{name}` is hidden in most pictures: {_what_hides(watcher, pictures, rows, name)}")
         if (
             numbers["contrast"] is not None
@@ -198,10 +198,10 @@ def _behind_what(sight: Sight, names: list[str], thing: int) -> str:
 def _last_seen(watcher: Watcher, pictures: list[Frame], rows: list[Row], name: str) -> float:
     """Time at which a body leaves the picture for good [s], by bisection between the measured pictures."""
     k = watcher.recorded.names.index(name)
-    there = [row["frame"] for row in rows if name in row["bodies"]]
-    gone = [row["frame"] for row in rows if row["frame"] > there[-1]]
+    frames = [row["frame"] for row in rows if name in row["bodies"]]
+    gone = [row["frame"] for row in rows if row["frame"] > frames[-1]]
     numbers = [frame.k for frame in pictures]
-    low, high = numbers.index(there[-1]), numbers.index(gone[0])
+    low, high = numbers.index(frames[-1]), numbers.index(gone[0])
     while high - low > 1:
         middle = (low + high) // 2
         if watcher.sight(pictures[middle]).inside[k]:

@@ -157,9 +157,7 @@ class Facts:
 
     def loose(self, copy: Copy) -> bool:
         """Return whether nothing holds a copy, rigid or deformable."""
-        if not is_soft(copy.model):
-            return self.free(copy)
-        return copy.body not in self._attached
+        return self.free(copy) if not is_soft(copy.model) else copy.body not in self._attached
 
     @cached_property
     def _attached(self) -> set[str]:
@@ -212,13 +210,12 @@ class Facts:
         return self._boxes[copy.name]
 
     def _box(self, copy: Copy) -> Bounds | None:
-        if copy.shape is None:
-            return union(part.box for part in self.parts(copy))
-        if copy.shape.kind == "plane":
+        if copy.shape is not None and copy.shape.kind == "plane":
             return None
         tree = self.tree(copy)
-        if tree is not None and tree.initial:
-            return union(part.box for part in self.parts(copy))
+        if copy.shape is None or (tree is not None and tree.initial):
+            parts = self.parts(copy)
+            return union(part.box for part in parts) if parts else None
         # Most copies of a body share their shape.
         key = (id(copy.shape), copy.quat)
         if key not in self._extents:

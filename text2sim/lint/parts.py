@@ -129,7 +129,7 @@ def lowest_of(box: Bounds, up: Vec) -> float:
     return sum(u * (low if u > 0 else high) for u, low, high in zip(up, *box, strict=True))
 
 
-def near(boxes: list[Bounds], slack: float = 0.0) -> Iterator[tuple[int, int]]:
+def near(boxes: list[Bounds], slack: float) -> Iterator[tuple[int, int]]:
     """Yield the index pairs of boxes that are not `apart` by `slack` [m], the smaller index first.
 
     A grid with cells of twice the median size avoids distant pairs; if thousands of boxes are in one place, only the

@@ -137,6 +137,4 @@ def _prefab_names() -> tuple[str, ...]:
 
 def _prefab(name: str) -> str | None:
     """Description of a built-in prefab; None if there is none of that name."""
-    if name not in _prefab_names():
-        return None
-    return describe_prefab(library().find(name))
+    return None if name not in _prefab_names() else describe_prefab(library().find(name))

@@ -83,7 +83,7 @@ def _document(row: Examined, result: RunResult) -> dict[str, Any]:
         document["message"] = clipped(result.message)
     if result.problem is not None:
         document["problem"] = problem_rows([result.problem], row.sources)[0]
-    if result.state == "failed" or result.state == "crashed":
+    if result.state in ("failed", "crashed"):
         document["log"] = "the end of the log: evidence, part: log"
     document["next"] = f"evidence and frames, run: {result.folder.name}"
     return document

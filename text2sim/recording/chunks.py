@@ -181,8 +181,8 @@ def read_arrays(path: Path, names: Sequence[str]) -> dict[str, Array]:
         One of `DAMAGED`: if it is missing, or an array in it is not numeric.
     """
     with zipfile.ZipFile(path) as archive:
-        there = [name for name in names if f"{name}.npy" in archive.namelist()]
-        for name in there:
+        stored = [name for name in names if f"{name}.npy" in archive.namelist()]
+        for name in stored:
             array_shape(archive, name)
     with np.load(path, allow_pickle=False) as data:
-        return {name: data[name] for name in there}
+        return {name: data[name] for name in stored}

@@ -12,7 +12,7 @@ from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import RunError, SpecError
 from text2sim.templates.cadence import read_film
 from text2sim.templates.directing import directed
-from text2sim.templates.patterns import Dress, dress_in
+from text2sim.templates.patterns import Decoration, decoration_in
 from text2sim.templates.playback import States
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class SurfaceLook:
     visible: bool = True
     picture: Path | None = None
     """Picture in place of its colour."""
-    dress: Dress | None = None
+    decoration: Decoration | None = None
     """Pattern and writing over its colour."""
     alike: bool = False
     """Whether copies have exactly this colour."""
@@ -122,23 +122,23 @@ def read_recording(folder: Path, plan: "Plan | None" = None) -> FilmRecord:
         film = directed(film, states)
         index = json.loads((folder / "geometry" / "index.json").read_text("utf-8"))
         rows = states.layout["links"]
-        listed = [(rows[int(link)]["body"], int(link), worn) for link, all_worn in index.items() for worn in all_worn]
+        listed = [(rows[int(link)]["body"], int(link), piece) for link, pieces in index.items() for piece in pieces]
         painted: dict[str, list[Paint]] = {}
-        for body, _, worn in listed:
-            painted.setdefault(body, []).append(tuple(worn["color"]))
+        for body, _, piece in listed:
+            painted.setdefault(body, []).append(tuple(piece["color"]))
         known = folder / "geometry" / "looks.json"
         before = json.loads(known.read_text("utf-8")) if known.is_file() else {}  # older runs have none
-        dressed = {
+        looks = {
             body: _look_by_color(colors, looks[body], before.get(body))
             for body, colors in painted.items()
             if body in looks
         }
         parts = [
             WornMesh(
-                body, link, folder / "geometry" / worn["mesh"], tuple(worn["pos"]), tuple(worn["quat"]),
-                _look(folder, dressed.get(body, {}).get(tuple(worn["color"])), worn),
+                body, link, folder / "geometry" / piece["mesh"], tuple(piece["pos"]), tuple(piece["quat"]),
+                _look(folder, looks.get(body, {}).get(tuple(piece["color"])), piece),
             )
-            for body, link, worn in listed
+            for body, link, piece in listed
         ]  # fmt: skip
         soft = _soft(folder, states, looks)
     except OSError as error:
@@ -228,7 +228,7 @@ def _look(folder: Path, look: dict[str, Any] | None, painted: dict[str, Any]) ->
         picture = picture if picture.is_file() else None
     red, green, blue = look["color"]
     color, alike = (red, green, blue), look.get("alike", False)
-    return SurfaceLook(color, look["opacity"], look["finish"], look["visible"], picture, dress_in(look), alike)
+    return SurfaceLook(color, look["opacity"], look["finish"], look["visible"], picture, decoration_in(look), alike)
 
 
 def _soft(folder: Path, states: States, looks: dict[str, Any]) -> list[SoftPart]:

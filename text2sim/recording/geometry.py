@@ -74,7 +74,7 @@ def _hull(vertices: Array) -> Array:
 
 
 def reach_along(
-    states: RunStates, geometry: Geometry, links: Sequence[int], axis: str, frame: int | None = None
+    states: RunStates, geometry: Geometry, links: Sequence[int], axis: str, frame: int | None
 ) -> tuple[Array, Array]:
     """Return the lowest and highest coordinate (F,) [m] of links along an axis, from their corners.
 
@@ -86,7 +86,7 @@ def reach_along(
         geometry: Corners of links.
         links: Numbers of the links.
         axis: `x`, `y` or `z`.
-        frame: Number of the link whose axis and origin are used; those of the world if left out.
+        frame: Number of the link whose axis and origin are used; those of the world if None.
     """
     low, high = np.full(states.frames, np.inf), np.full(states.frames, -np.inf)
     origin, direction = axis_in(states, axis, frame)

@@ -108,12 +108,12 @@ def wall_mesh(
     eyes = list(eyes)
     # A camera that follows something looks past the centre.
     looks = [rays_of[0] for rays_of in rays] or [np.subtract(backdrop["center"], eye) for eye in eyes]
-    ways = np.array([look[:2] for look in looks], float).reshape(-1, 2)
-    ways = ways[np.hypot(*ways.T) > 1e-6]
-    ways /= np.hypot(*ways.T)[:, None]
-    ahead = _usual(ways)
+    headings = np.array([look[:2] for look in looks], float).reshape(-1, 2)
+    headings = headings[np.hypot(*headings.T) > 1e-6]
+    headings /= np.hypot(*headings.T)[:, None]
+    ahead = _usual(headings)
     extent, away = None, 0.0
-    if len(ways) and (ways @ ahead).min() >= np.cos(SPREAD):
+    if len(headings) and (headings @ ahead).min() >= np.cos(SPREAD):
         depths = (things[:, :2] - backdrop["center"][:2]) @ ahead
         # Outliers may pass through the wall: it is placed behind most things.
         reach = float(np.percentile(depths, PERCENTILE)) if len(depths) else 0.0
@@ -121,10 +121,10 @@ def wall_mesh(
         extent = _extent(backdrop, eyes, rays, ahead, away)
     if extent is None:
         radius = max(float(backdrop["radius"]), _farthest(backdrop, eyes, rays) * CLEARANCE / NEAR)
-        made = _round_wall(backdrop, eyes, radius, rays)
+        mesh = _round_wall(backdrop, eyes, radius, rays)
         x, y = backdrop["center"][:2]
-        placed = made.vertices + (x, y, backdrop["level"] - SUNK)
-        return Wall(RenderMesh(placed, made.faces, made.normals))
+        placed = mesh.vertices + (x, y, backdrop["level"] - SUNK)
+        return Wall(RenderMesh(placed, mesh.faces, mesh.normals))
     width, height = extent
     side, rise = np.linspace(-width / 2, width / 2, 49), np.linspace(0, height, 25)
     foot = away * ahead + side[:, None] * np.array([ahead[1], -ahead[0]])
@@ -169,9 +169,9 @@ def blocks_light(wall: RenderMesh, center: Array, stage: float, lights: Iterable
     return False
 
 
-def _usual(ways: Sequence[Array]) -> Array:
+def _usual(headings: Sequence[Array]) -> Array:
     """Return the horizontal direction (2,) of most cameras: they see the foot of a wall across it as level."""
-    flat = np.array([way for way in ways if np.hypot(*way) > 1e-6]).reshape(-1, 2)
+    flat = np.array([direction for direction in headings if np.hypot(*direction) > 1e-6]).reshape(-1, 2)
     if not len(flat):
         return np.zeros(2)
     flat /= np.hypot(*flat.T)[:, None]
@@ -185,17 +185,17 @@ def _extent(
     """Return the width and height [m] of a straight wall whose ends no camera sees; None if it would be too large."""
     width, height = WIDE * away, TALL * away
     across, onto = np.array([ahead[1], -ahead[0], 0.0]), np.append(ahead, 0.0)
-    for eye, ways in zip(eyes, rays, strict=False):
+    for eye, directions in zip(eyes, rays, strict=False):
         place = np.subtract(eye, [*backdrop["center"][:2], backdrop["level"]])
         with np.errstate(divide="ignore", invalid="ignore"):
             if place @ onto >= away:  # it stands behind the wall
                 return None
-            far = (away - place @ onto) / np.maximum(ways @ onto, 0.0)
-            floor = np.where(ways[:, 2] < 0, -place[2] / ways[:, 2], np.inf)
-        ways, far = ways[far <= floor], far[far <= floor]
+            far = (away - place @ onto) / np.maximum(directions @ onto, 0.0)
+            floor = np.where(directions[:, 2] < 0, -place[2] / directions[:, 2], np.inf)
+        directions, far = directions[far <= floor], far[far <= floor]
         if not np.isfinite(far).all():
             return None
-        met = place + far[:, None] * ways
+        met = place + far[:, None] * directions
         width = max(width, 2 * MARGIN * float(np.abs(met @ across).max(initial=0.0)))
         height = max(height, MARGIN * float(met[:, 2].max(initial=0.0)))
     return (width, height) if width < WIDEST * away and height < TALLEST * away else None
@@ -222,11 +222,11 @@ def backdrop_mesh(
         off = [np.hypot(*np.subtract(eye, backdrop["center"])[:2]) for eye in eyes]
         radius = LOST * haze + max(off, default=0.0)
     rings = radius * np.geomspace(0.05, 1.0, STEPS)
-    made = _turned(np.column_stack([np.append(0.0, rings), np.zeros(STEPS + 1)]), np.tile([0.0, 1.0], (STEPS + 1, 1)))
+    ground = _turned(np.column_stack([np.append(0.0, rings), np.zeros(STEPS + 1)]), np.tile([0.0, 1.0], (STEPS + 1, 1)))
     if kind == "cyclorama":
-        made = joined([made, _round_wall(backdrop, eyes, radius, rays)])
+        ground = joined([ground, _round_wall(backdrop, eyes, radius, rays)])
     x, y = backdrop["center"][:2]
-    return RenderMesh(made.vertices + (x, y, backdrop["level"] - SUNK), made.faces, made.normals)
+    return RenderMesh(ground.vertices + (x, y, backdrop["level"] - SUNK), ground.faces, ground.normals)
 
 
 def haze_distance(backdrop: dict[str, Any], eye: Array, places: Array) -> float:
@@ -279,12 +279,12 @@ def sky(backdrop: dict[str, Any], background: Array, view: Any, size: tuple[int,
     rays = ahead + x * right + y * up
     rays = (rays / np.linalg.norm(rays, axis=-1, keepdims=True)).astype(np.float32)
     overhead = np.clip(rays[..., 2:] / OVERHEAD, 0.0, 1.0) ** 0.7
-    made = background + (np.asarray(backdrop["sky"]) - background) * overhead
+    sky = background + (np.asarray(backdrop["sky"]) - background) * overhead
     if "skyline" not in backdrop:
-        return made
+        return sky
     pixel = 2 * tall / height
-    made = skyline(backdrop["skyline"], rays, np.asarray(background, float), pixel, made)
-    return blurred(made, view.aperture / max(view.focus, 1e-6) / pixel)
+    sky = skyline(backdrop["skyline"], rays, np.asarray(background, float), pixel, sky)
+    return blurred(sky, view.aperture / max(view.focus, 1e-6) / pixel)
 
 
 def _round_wall(backdrop: dict[str, Any], eyes: Sequence[Array], radius: float, rays: Sequence[Array]) -> RenderMesh:
@@ -298,9 +298,9 @@ def _round_wall(backdrop: dict[str, Any], eyes: Sequence[Array], radius: float, 
 
 
 def _turned(profile: Array, slopes: Array) -> RenderMesh:
-    made = revolved(profile, slopes, sides=SIDES)
+    mesh = revolved(profile, slopes, sides=SIDES)
     # The room is seen from inside, so its faces are flipped.
-    return RenderMesh(made.vertices, made.faces[:, ::-1], made.normals)
+    return RenderMesh(mesh.vertices, mesh.faces[:, ::-1], mesh.normals)
 
 
 def _farthest(backdrop: dict[str, Any], eyes: Sequence[Array], rays: Sequence[Array]) -> float:
@@ -330,23 +330,23 @@ def _open(
     middle = wall.vertices[wall.faces].mean(axis=1)
     angle = np.arctan2(middle[:, 1], middle[:, 0])
     kept = np.zeros(len(angle), bool)
-    for eye, ways in zip_longest(eyes, rays):
+    for eye, directions in zip_longest(eyes, rays):
         x, y = np.subtract(backdrop["center"][:2], np.asarray(eye)[:2])
         if np.hypot(x, y) < 1e-6:  # looks straight down
             kept[:] = True
             continue
         kept |= _between(angle, np.arctan2(y, x)) < BEHIND
-        if ways is not None:
-            bearings = _met_at(np.array([-x, -y]), ways[:, :2], radius)
+        if directions is not None:
+            bearings = _met_at(np.array([-x, -y]), directions[:, :2], radius)
             widest = _between(bearings, bearings[0]).max() + BEYOND_EDGE
             kept |= _between(angle, bearings[0]) < widest
     return RenderMesh(wall.vertices, wall.faces[kept], wall.normals)
 
 
-def _met_at(place: Array, ways: Array, radius: float) -> Array:
+def _met_at(place: Array, directions: Array, radius: float) -> Array:
     """Return the angles [rad] about the centre where rays from a point (2,) in directions (n, 2) hit a round wall."""
-    ways = ways / np.maximum(np.hypot(*ways.T), 1e-9)[:, None]
-    along = ways @ place
+    directions = directions / np.maximum(np.hypot(*directions.T), 1e-9)[:, None]
+    along = directions @ place
     far = np.sqrt(np.maximum(along**2 - place @ place + radius**2, 0.0)) - along
-    met = place + far[:, None] * ways
+    met = place + far[:, None] * directions
     return np.arctan2(met[:, 1], met[:, 0])

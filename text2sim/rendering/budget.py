@@ -94,11 +94,11 @@ def cut_down(
             continue
         size = tuple(max(16, round(length * scale / 2) * 2) for length in filming.size)
         other = filming.variant((size[0], size[1]), fps, samples) if found else filming
-        made = reels(other)
-        wanted = {other.finished(frame) for reel in made for frame in reel.frames}
+        cut = reels(other)
+        wanted = {other.finished(frame) for reel in cut for frame in reel.frames}
         missing = sum(not path.is_file() for path in wanted)
         each = frame_time.update + scale**2 * (frame_time.finishing + frame_time.tracing * samples / filming.samples)
-        found.append(FittedFilm(other, made, missing, missing * each, found[0].whole if found else missing * each))
+        found.append(FittedFilm(other, cut, missing, missing * each, found[0].whole if found else missing * each))
         if missing * each <= 60 * minutes:
             break
     return found[-1]

@@ -37,6 +37,8 @@ WORST = 0.35
 """Weight of the worst moment; the rest is that of the mean over all."""
 LATERAL = 0.12
 """Bonus of a camera that sees all motion in the image plane, over one that sees it along the line of sight."""
+TRIED_WITH_LENSES = 4
+"""Number of candidates that are tried with other lenses."""
 HABIT = 0.004
 """Penalty per step down the other lists above."""
 FRAMED_AT = 40
@@ -175,28 +177,27 @@ def directions() -> list[tuple[tuple[float, float, float], float]]:
     for height, loss in HEIGHTS.items():
         for k, azimuth in enumerate(AZIMUTHS):
             up, round_ = math.radians(height), math.radians(azimuth)
-            way = (math.cos(up) * math.cos(round_), math.cos(up) * math.sin(round_), math.sin(up))
-            found.append(((round(way[0], 3), round(way[1], 3), round(way[2], 3)), loss + HABIT * k))
+            direction = (math.cos(up) * math.cos(round_), math.cos(up) * math.sin(round_), math.sin(up))
+            found.append(((round(direction[0], 3), round(direction[1], 3), round(direction[2], 3)), loss + HABIT * k))
     return found
 
 
-def best(scorer: Scorer, frames: Sequence[tuple[str, ...]], keep: int = 4) -> list[tuple[float, Candidate]]:
+def best(scorer: Scorer, frames: Sequence[tuple[str, ...]]) -> list[tuple[float, Candidate]]:
     """Return the best cameras with their scores, best first: a search over directions and frames, then over lenses.
 
     Args:
         scorer: Scorer of the run.
         frames: Sets of bodies that a camera may frame, the most usual first.
-        keep: Number of candidates that are tried with other lenses.
     """
     first = [
-        Candidate(frame, way, LENSES[0], habit + HABIT * n)
+        Candidate(frame, direction, LENSES[0], habit + HABIT * n)
         for n, frame in enumerate(frames)
-        for way, habit in directions()
+        for direction, habit in directions()
     ]
     ranked = sorted(((scorer.score(one), one) for one in first), key=lambda row: -row[0])
     lenses = [
         Candidate(one.frame, one.direction, lens, one.habit + 2 * HABIT * n)
-        for _, one in ranked[:keep]
+        for _, one in ranked[:TRIED_WITH_LENSES]
         for n, lens in enumerate(LENSES)
         if n
     ]

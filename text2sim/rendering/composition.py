@@ -128,8 +128,8 @@ def _rest(watcher: Watcher, shot: Mapping[str, Any], *, at_end: bool) -> float:
 
 def _places(watcher: Watcher, t: float) -> dict[int, Array]:
     """Return where the corners of each body are at a time [s], shape (n, 3) [m]; at 0 if they are gone."""
-    corners, piece, there = watcher.recorded.surfaces(t)
-    things, found = watcher.recorded.thing_of_piece[piece], np.where(there[:, None, None], corners, 0.0)
+    corners, piece, visible = watcher.recorded.surfaces(t)
+    things, found = watcher.recorded.thing_of_piece[piece], np.where(visible[:, None, None], corners, 0.0)
     return {k: found[things == k].reshape(-1, 3) for k in np.flatnonzero(watcher.moves).tolist() if (things == k).any()}
 
 
@@ -164,10 +164,10 @@ def _kept(watcher: Watcher, sights: list[Sight], extents: list[dict[int, Extent]
     """Return what the pictures should show whole; None if nothing is cut, or nothing of it fits."""
     inside = np.array([sight.inside for sight in sights])
     share = np.array([sight.seen / sight.size for sight in sights])
-    there = inside > 0
-    whole = ((inside >= WHOLE) | ~there).all(axis=0) & there.any(axis=0)
+    within = inside > 0
+    whole = ((inside >= WHOLE) | ~within).all(axis=0) & within.any(axis=0)
     cut = (inside >= MOSTLY) & (inside < WHOLE) & (share >= LEAST_SHARE)
-    often = 2 * cut.sum(axis=0) >= np.maximum(there.sum(axis=0), 1)
+    often = 2 * cut.sum(axis=0) >= np.maximum(within.sum(axis=0), 1)
     kept = np.flatnonzero(whole).tolist()
     moving = set(watcher.moving)
     order = sorted(
@@ -176,7 +176,7 @@ def _kept(watcher: Watcher, sights: list[Sight], extents: list[dict[int, Extent]
     gained = False
     for k in order:
         rows = [[one[j] for j in [*kept, k] if j in one] for one in extents]
-        if not all(k in one for one, present in zip(extents, there[:, k], strict=True) if present):
+        if not all(k in one for one, present in zip(extents, within[:, k], strict=True) if present):
             continue  # partly behind the camera
         window = union([extent for row in rows for extent in row])
         middle, wider = centred(window, turned=turned)
@@ -198,14 +198,14 @@ def _slope(fov: float) -> float:
 def _turned(camera: dict[str, Any], view: View, middle: Array, wider: float, size: tuple[int, int]) -> dict[str, Any]:
     """Return a camera with another centre of the picture and another field of view."""
     tall = _slope(view.fov)
-    made = camera | {"fov": min(round(math.degrees(2 * math.atan(tall * wider)), 2), WIDEST_FOV)}
+    widened = camera | {"fov": min(round(math.degrees(2 * math.atan(tall * wider)), 2), WIDEST_FOV)}
     if np.abs(middle).max() < 1e-3:
-        return made
+        return widened
     right, up, ahead = (np.array(axis) for axis in basis(view.pos, view.look_at, view.up))
-    way = ahead + middle[0] * tall * size[0] / size[1] * right + middle[1] * tall * up
+    direction = ahead + middle[0] * tall * size[0] / size[1] * right + middle[1] * tall * up
     away = float(np.linalg.norm(view.look_at - view.pos))
-    target = view.pos + away * way / np.linalg.norm(way)
-    return made | {"look_at": tuple(round(float(c), 4) for c in target)}
+    target = view.pos + away * direction / np.linalg.norm(direction)
+    return widened | {"look_at": tuple(round(float(c), 4) for c in target)}
 
 
 def _operations(

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from text2sim.assets.surface import scaled_normals
 from text2sim.templates.patterns import contrast
 
 Array = NDArray[np.floating]
@@ -47,7 +48,7 @@ def dotted(vertices: Array, faces: NDArray[np.integer], size: float) -> Dotted |
         return None
     # A triangle may meet one dot at most; its corners are less than two thirds of its longest edge from its centre.
     reach = RADIUS * size + 2 / 3 * longest
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = scaled_normals(corners)
     areas = np.linalg.norm(normals, axis=1)
     normals /= np.maximum(areas[:, None], 1e-30)
     middles = corners.mean(axis=1)
@@ -63,7 +64,7 @@ def dotted(vertices: Array, faces: NDArray[np.integer], size: float) -> Dotted |
     right /= np.linalg.norm(right, axis=1, keepdims=True)
     ahead = np.cross(up, right)
     offsets = corners - centers[nearest][:, None]
-    uvs = np.stack([(offsets * way[nearest][:, None]).sum(axis=2) for way in (right, ahead)], axis=2) + size
+    uvs = np.stack([(offsets * axis[nearest][:, None]).sum(axis=2) for axis in (right, ahead)], axis=2) + size
     uvs[~within] = 0.0  # a corner of the tile, which is transparent
     rows = np.column_stack([faces.ravel(), np.round(uvs.reshape(-1, 2) * 1e7).astype(np.int64)])
     own, first, index = np.unique(rows, axis=0, return_index=True, return_inverse=True)
@@ -79,10 +80,10 @@ def dot_picture(color: tuple[float, ...] | None, own: tuple[float, ...]) -> Arra
     """
     across = (np.arange(PIXELS) + 0.5) * 2 / PIXELS - 1
     away = np.hypot(across[None], across[:, None])
-    made = np.empty((PIXELS, PIXELS, 4))
-    made[..., :3] = color or contrast(own)
-    made[..., 3] = np.clip((RADIUS - away) * PIXELS / 4 + 0.5, 0.0, 1.0)
-    return made
+    picture = np.empty((PIXELS, PIXELS, 4))
+    picture[..., :3] = color or contrast(own)
+    picture[..., 3] = np.clip((RADIUS - away) * PIXELS / 4 + 0.5, 0.0, 1.0)
+    return picture
 
 
 def _spread(corners: Array, areas: Array, spacing: float) -> tuple[Array, NDArray[np.integer]]:

@@ -144,7 +144,7 @@ class Filming:
                 raise RunError(f"there is no camera {camera}; there are {', '.join(film['cameras'])}")
             whole = {"camera": camera, "from": film["start"], "to": film["end"], "speed": film["speed"], "hold": 0.0}
             found = {f"{MAIN}_{camera}": [whole]}
-        made = []
+        paths = []
         for name, shots in found.items():
             pictures = frames(film, shots, self.recording.last)
             self._drawn |= drawn_frames(pictures, self.recording, self._cameras, self.size[1])
@@ -161,8 +161,8 @@ class Filming:
                     times = f"{pictures[0].t:g} s to {pictures[-1].t:g} s"
                     raise RunError(f"the film shows {times}, and no picture from {begin:g} s to {end:g} s")
                 pictures = shown
-            made.append(Reel(name.replace(MAIN, self.quality, 1), pictures))
-        return made
+            paths.append(Reel(name.replace(MAIN, self.quality, 1), pictures))
+        return paths
 
     def trace(self, frame: Frame) -> Traced:
         """Trace one frame."""
@@ -172,11 +172,11 @@ class Filming:
             view = self._cameras.view(frame.camera, t, part)
             moments.append((stage.at(t), sensor(view, self.size)))
         update = perf_counter() - start
-        made = trace(moments, self._how, self.recording.film["gain"])
-        made.seconds["update"] = update
+        traced = trace(moments, self._how, self.recording.film["gain"])
+        traced.seconds["update"] = update
         if view is not None:
-            made.behind, made.haze = self._sky(view), stage.haze(view.pos)
-        return made
+            traced.behind, traced.haze = self._sky(view), stage.haze(view.pos)
+        return traced
 
     def _sky(self, view: View) -> Any:
         """Return what is behind all surfaces; it is painted once for a camera that stands still."""
@@ -221,10 +221,10 @@ class Filming:
             until: Time of `monotonic` [s] after which no frame is started.
         """
         remove_abandoned(self.folder / "frames")
-        mine = reel.frames[shard[0] :: shard[1]]
-        paths = [self.finished(frame, format) for frame in mine]
-        for done, k in enumerate(coarse_to_fine(len(mine)), 1):
-            frame, path = mine[k], paths[k]
+        own = reel.frames[shard[0] :: shard[1]]
+        paths = [self.finished(frame, format) for frame in own]
+        for done, k in enumerate(coarse_to_fine(len(own)), 1):
+            frame, path = own[k], paths[k]
             if monotonic() > until and not path.is_file():
                 break
             seconds: dict[str, float] = {}
@@ -232,7 +232,7 @@ class Filming:
                 traced = self.trace(frame)
                 save(path, lambda part, traced=traced: self._write(part, traced, format))
                 seconds = traced.seconds
-            tell(FilmProgress(reel.name, done, len(mine), seconds))
+            tell(FilmProgress(reel.name, done, len(own), seconds))
         return paths
 
     def rendered(self, reel: Reel) -> list[Path]:
@@ -254,12 +254,12 @@ class Filming:
         Raises:
             RunError: If there are none.
         """
-        there = [frame for frame in reel.frames if self.finished(frame).is_file()]
-        if not there:
+        finished = [frame for frame in reel.frames if self.finished(frame).is_file()]
+        if not finished:
             raise RunError(f"no picture of {reel.name} is rendered yet")
-        starts = np.array([frame.k for frame in there])
+        starts = np.array([frame.k for frame in finished])
         last = [max(int(np.searchsorted(starts, frame.k, "right")) - 1, 0) for frame in reel.frames]
-        return Reel(reel.name, [there[k] for k in last])
+        return Reel(reel.name, [finished[k] for k in last])
 
     def encode(self, reel: Reel, part: str = "") -> Path:
         """Encode a film whose frames are all rendered.

@@ -63,8 +63,8 @@ def _through(scene: Any, sensor: Any, at: tuple[Any, Any], left: Any) -> Array:
         active &= hit.is_valid() & (left > 0)
         if isinstance(active, bool) and not active:
             break
-        way = dr.minimum(1 / dr.maximum(dr.abs(hit.wi.z), 1e-3), SLANT)
+        path_length = dr.minimum(1 / dr.maximum(dr.abs(hit.wi.z), 1e-3), SLANT)
         tint = hit.shape.eval_attribute_3(SHADE, hit, active)
-        through = dr.select(active, through * dr.power(tint, way), through)
+        through = dr.select(active, through * dr.power(tint, path_length), through)
         ray = hit.spawn_ray(ray.d)
     return np.array(through)

@@ -15,7 +15,7 @@ from text2sim.compiler.looks import MIN_HIDING_OPACITY
 from text2sim.rendering.renderer import mitsuba
 
 if TYPE_CHECKING:
-    from text2sim.rendering.dressing import Layer
+    from text2sim.rendering.decorating import Layer
 
 Array = NDArray[np.floating]
 
@@ -177,21 +177,21 @@ def _made(
     if finish.kind in SCATTERED:
         milky = {"type": "twosided", "bsdf": _principled(finish, attribute(COLOR))}
         return mi.load_dict({"type": "mask", "opacity": SCATTERED[finish.kind], "bsdf": milky})
-    made: dict[str, Any]
+    bsdf: dict[str, Any]
     if finish.kind == "gel":
         # A refracting material is transparent; a scattering one shows its colour where it is thick.
         clear = _principled(finish, attribute(COLOR)) | {"spec_trans": 0.9, "eta": 1.35, "roughness": 0.12}
-        made = {
+        bsdf = {
             "type": "blendbsdf",
             "weight": GEL,
             "bsdf_0": {key: value for key, value in clear.items() if key != "specular"},
             "bsdf_1": {"type": "twosided", "bsdf": _principled(finish, attribute(COLOR))},
         }
     elif picture is not None:
-        made = _principled(finish, _bitmap(picture[..., :3], raw=False))
+        bsdf = _principled(finish, _bitmap(picture[..., :3], raw=False))
     elif finish.texture:
         weight = _bitmap(_pattern(finish.texture), raw=True, tile=finish.tile)
-        made = {
+        bsdf = {
             "type": "blendbsdf",
             "weight": weight,
             "bsdf_0": _principled(finish, attribute(SHADE)),
@@ -199,18 +199,18 @@ def _made(
         }
         if finish.bump:
             relief = _bitmap(rippled(_pattern(finish.texture)), raw=True, tile=finish.tile)
-            made = {"type": "bumpmap", "texture": relief, "scale": finish.bump * finish.tile, "bsdf": made}
+            bsdf = {"type": "bumpmap", "texture": relief, "scale": finish.bump * finish.tile, "bsdf": bsdf}
     else:
-        made = _principled(finish, attribute(COLOR))
+        bsdf = _principled(finish, attribute(COLOR))
     if layer is not None:
-        made = _under(layer, made, finish)
+        bsdf = _under(layer, bsdf, finish)
     if two_sided and finish.kind != "gel":
-        made = {"type": "twosided", "bsdf": made}
+        bsdf = {"type": "twosided", "bsdf": bsdf}
     if picture is not None and picture.shape[-1] == 4 and picture[..., 3].min() < 1:
-        made = {"type": "mask", "opacity": _bitmap(picture[..., 3:], raw=True), "bsdf": made}
+        bsdf = {"type": "mask", "opacity": _bitmap(picture[..., 3:], raw=True), "bsdf": bsdf}
     if opacity < 1:
-        made = {"type": "mask", "opacity": opacity, "bsdf": made}
-    return mi.load_dict(made)
+        bsdf = {"type": "mask", "opacity": opacity, "bsdf": bsdf}
+    return mi.load_dict(bsdf)
 
 
 def _under(layer: "Layer", made: dict[str, Any], finish: Finish) -> dict[str, Any]:
@@ -243,14 +243,14 @@ def needs_uvs(name: str) -> bool:
 
 
 def _principled(finish: Finish, color: dict[str, Any]) -> dict[str, Any]:
-    made: dict[str, Any] = {"type": "principled", "base_color": color, "roughness": finish.roughness}
-    made["metallic" if finish.metallic else "specular"] = finish.metallic or finish.specular
+    bsdf: dict[str, Any] = {"type": "principled", "base_color": color, "roughness": finish.roughness}
+    bsdf["metallic" if finish.metallic else "specular"] = finish.metallic or finish.specular
     for name in ("clearcoat", "sheen", "anisotropic"):
         if getattr(finish, name):
-            made[name] = getattr(finish, name)
+            bsdf[name] = getattr(finish, name)
     if finish.clearcoat:
-        made["clearcoat_gloss"] = 0.9
-    return made
+        bsdf["clearcoat_gloss"] = 0.9
+    return bsdf
 
 
 def attribute(name: str) -> dict[str, Any]:
@@ -265,11 +265,11 @@ def _bitmap(values: Array, *, raw: bool, tile: float | tuple[float, float] = 1.0
     bitmap = mi.Bitmap(np.ascontiguousarray(values, np.float32))
     if not raw:
         bitmap = mi.Bitmap(np.ascontiguousarray((values * 255 + 0.5).astype(np.uint8)))
-    made: dict[str, Any] = {"type": "bitmap", "bitmap": bitmap, "raw": raw}
+    texture: dict[str, Any] = {"type": "bitmap", "bitmap": bitmap, "raw": raw}
     if tile != 1.0:
         width, height = tile if isinstance(tile, tuple) else (tile, tile)
-        made["to_uv"] = mi.ScalarTransform3f().scale([1 / width, 1 / height])
-    return made
+        texture["to_uv"] = mi.ScalarTransform3f().scale([1 / width, 1 / height])
+    return texture
 
 
 def _pattern(name: str) -> Array:
@@ -332,7 +332,7 @@ def _pores(chance: np.random.Generator, many: int, *, hollow: bool) -> Array:
 
 def _leaves(chance: np.random.Generator, count: int) -> Array:
     """Return leaves of random size and direction, each above the earlier ones and brighter, with a bright midrib."""
-    made = np.zeros((TEXELS, TEXELS))
+    relief = np.zeros((TEXELS, TEXELS))
     for level in np.linspace(0.4, 1.0, count):
         half = int(TEXELS * chance.uniform(0.022, 0.045))
         y, x = np.mgrid[-half : half + 1, -half : half + 1] / half
@@ -340,10 +340,10 @@ def _leaves(chance: np.random.Generator, count: int) -> Array:
         along, across = x * np.cos(angle) + y * np.sin(angle), np.abs(y * np.cos(angle) - x * np.sin(angle))
         width = 0.5 * (1 - along**2)
         rows, columns = (np.arange(-half, half + 1) + c for c in center)
-        there = np.ix_(rows % TEXELS, columns % TEXELS)
+        texels = np.ix_(rows % TEXELS, columns % TEXELS)
         shade = level * (1 - 0.35 * across / np.maximum(width, 1e-3)) * chance.uniform(0.75, 1.0)
-        made[there] = np.where(across < width, shade, made[there])
-    return made
+        relief[texels] = np.where(across < width, shade, relief[texels])
+    return relief
 
 
 def _noise(chance: np.random.Generator, slope: float, stretch: tuple[float, float]) -> Array:
@@ -353,8 +353,8 @@ def _noise(chance: np.random.Generator, slope: float, stretch: tuple[float, floa
     spectrum = np.fft.fft2(chance.standard_normal((TEXELS, TEXELS))) / np.maximum(size, 0.7) ** slope
     spectrum *= np.exp(-((np.hypot(f[None], f[:, None]) / FINEST) ** 4))
     spectrum[0, 0] = 0
-    made = np.fft.ifft2(spectrum).real
-    return 0.5 + 0.25 * made / made.std()
+    noise = np.fft.ifft2(spectrum).real
+    return 0.5 + 0.25 * noise / noise.std()
 
 
 def _stretched(values: Array) -> Array:

@@ -103,29 +103,29 @@ def texture(pattern: str) -> Array:
     tint = np.ones(3)
     if pattern in ("slabs", "tiles"):
         each = chance.normal(0, 0.035 if pattern == "slabs" else 0.012, (surface.tiles, surface.tiles))
-        made = 1 + surface.contrast * fractal_noise(chance, 1.6, TEXELS) + each[along // size, across // size]
+        tones = 1 + surface.contrast * fractal_noise(chance, 1.6, TEXELS) + each[along // size, across // size]
         edge = np.minimum(*(np.minimum(c % size, size - 1 - c % size) for c in (across, along)))
         wide = 1.0 if pattern == "slabs" else 1.6
-        made *= 1 - (0.5 if pattern == "slabs" else 0.3) * np.exp(-((edge / wide) ** 2))
+        tones *= 1 - (0.5 if pattern == "slabs" else 0.3) * np.exp(-((edge / wide) ** 2))
     elif pattern == "boards":
         row = along // size
         shift = chance.integers(0, TEXELS, surface.tiles)
         column = ((across + shift[row]) % TEXELS) // (TEXELS // 2)
         each = chance.normal(0, 0.09, (surface.tiles, 2))[row, column]
         grain = gaussian_filter(chance.standard_normal((TEXELS, TEXELS)), (1.2, 60), mode="wrap")
-        made = 1 + surface.contrast * grain / grain.std() + each
+        tones = 1 + surface.contrast * grain / grain.std() + each
         ends = ((across + shift[row]) % TEXELS) % (TEXELS // 2)
         edge = np.minimum(np.minimum(along % size, size - 1 - along % size), np.minimum(ends, TEXELS // 2 - 1 - ends))
-        made *= 1 - 0.55 * np.exp(-((edge / 1.2) ** 2))
+        tones *= 1 - 0.55 * np.exp(-((edge / 1.2) ** 2))
         tint = np.array([0.92, 1.0, 1.12])  # darker areas are warmer
     elif pattern == "grass":
         blades = gaussian_filter(chance.standard_normal((TEXELS, TEXELS)), 1.3, mode="wrap")
-        made = 1 + surface.contrast * (0.2 * fractal_noise(chance, 1.5, TEXELS) + 0.95 * blades / blades.std())
+        tones = 1 + surface.contrast * (0.2 * fractal_noise(chance, 1.5, TEXELS) + 0.95 * blades / blades.std())
         tint = np.array([1.1, 1.0, 1.2])
     elif pattern in ("asphalt", "sand", "earth"):
         grit = gaussian_filter(chance.standard_normal((TEXELS, TEXELS)), 1.0, mode="wrap")
-        made = 1 + surface.contrast * (0.9 * grit / grit.std() + 0.35 * fractal_noise(chance, 1.6, TEXELS))
+        tones = 1 + surface.contrast * (0.9 * grit / grit.std() + 0.35 * fractal_noise(chance, 1.6, TEXELS))
     else:
-        made = 1 + surface.contrast * fractal_noise(chance, 1.8, TEXELS)
-    made = np.clip(made, 0.15, 2.0)[..., None] ** tint
-    return made / made.mean(axis=(0, 1))
+        tones = 1 + surface.contrast * fractal_noise(chance, 1.8, TEXELS)
+    tones = np.clip(tones, 0.15, 2.0)[..., None] ** tint
+    return tones / tones.mean(axis=(0, 1))

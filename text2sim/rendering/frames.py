@@ -82,7 +82,7 @@ def _look_key(look: SurfaceLook | None) -> tuple[Any, ...]:
     if look is None:
         return ()
     picture = _content(look.picture)
-    return look.color, look.opacity, look.finish, look.visible, picture, look.dress, look.alike
+    return look.color, look.opacity, look.finish, look.visible, picture, look.decoration, look.alike
 
 
 def _content(path: Path | None) -> str:

@@ -51,9 +51,11 @@ class Grains:
         many, radius, along, across = CRUMBS.get(part.kind, CRUMBS["granular"])
         many = max(1, min(many, MAX_GRAINS // max(count, 1)))
         chance = np.random.default_rng(7)
-        ways = chance.standard_normal((count, many, 3))
-        ways *= (chance.uniform(0.1, 1.0, (count, many, 1)) ** (1 / 2)) / np.linalg.norm(ways, axis=2, keepdims=True)
-        self._offsets = ways * (along * self._spacing, along * self._spacing, across * self._spacing)
+        offsets = chance.standard_normal((count, many, 3))
+        offsets *= (chance.uniform(0.1, 1.0, (count, many, 1)) ** (1 / 2)) / np.linalg.norm(
+            offsets, axis=2, keepdims=True
+        )
+        self._offsets = offsets * (along * self._spacing, along * self._spacing, across * self._spacing)
         self._sizes = radius * self._spacing * chance.uniform(0.5, 1.3, (count, many, 3)) * (1, 1, FLAT)
         self._tilts = chance.standard_normal((count, many, 3)) * TILT
         wide, thick, astray = np.array(BED) * self._spacing
@@ -78,17 +80,17 @@ class Grains:
         facing = surface_normals(points, self._spacing)[outside]
         centers = points[outside][:, None] + self._offsets[:count][outside]
         sizes, shade = self._sizes[:count][outside], self._shade[:count][outside]
-        ways = facing[:, None] + self._tilts[:count][outside]
+        axes = facing[:, None] + self._tilts[:count][outside]
         found = {}
         for k, own in enumerate(self._bsdfs):
-            mine = shade == k
-            at, size, way = centers[mine], sizes[mine], ways[mine]
+            shown = shade == k
+            at, size, axis = centers[shown], sizes[shown], axes[shown]
             if k == len(self._bsdfs) // 2:
                 at = np.concatenate([at, points[outside] + self._bed_offsets[:count][outside]])
                 size = np.concatenate([size, self._bed_sizes[:count][outside]])
-                way = np.concatenate([way, facing])
+                axis = np.concatenate([axis, facing])
             if len(at):
-                found[f"{self.name}_{k}"] = _ellipsoids(at, size, way, bsdf or own)
+                found[f"{self.name}_{k}"] = _ellipsoids(at, size, axis, bsdf or own)
         return found
 
 
@@ -121,13 +123,13 @@ def surface_normals(points: Array, spacing: float) -> Array:
     return np.where(known, slope / np.maximum(length, 1e-6), (0.0, 0.0, 1.0))
 
 
-def _ellipsoids(centers: Array, sizes: Array, ways: Array, bsdf: Any) -> Any:
+def _ellipsoids(centers: Array, sizes: Array, axes: Array, bsdf: Any) -> Any:
     """Return ellipsoids with half axes [m] whose third axes point along vectors, shape (n, 3) each."""
     mi = mitsuba()
-    ways = ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9)
-    ways = np.where(ways[:, 2:] < 0, -ways, ways)  # both ends of an axis are alike
+    axes = axes / np.maximum(np.linalg.norm(axes, axis=1, keepdims=True), 1e-9)
+    axes = np.where(axes[:, 2:] < 0, -axes, axes)  # both ends of an axis are alike
     data = np.zeros((len(centers), 10), np.float32)
     data[:, :3], data[:, 3:6] = centers, sizes
-    turn = np.stack([-ways[:, 1], ways[:, 0], np.zeros(len(ways)), 1 + ways[:, 2]], axis=1)
+    turn = np.stack([-axes[:, 1], axes[:, 0], np.zeros(len(axes)), 1 + axes[:, 2]], axis=1)
     data[:, 6:] = turn / np.linalg.norm(turn, axis=1, keepdims=True)
     return mi.load_dict({"type": "ellipsoids", "data": mi.TensorXf(data), "extent": 1.0, "bsdf": bsdf})

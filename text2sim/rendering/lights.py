@@ -37,17 +37,17 @@ def emitters(lights: dict[str, dict[str, Any]], center: Array, radius: float) ->
         center: Centre of the stage [m].
         radius: Radius of the stage [m].
     """
-    made: dict[str, Any] = {}
+    emitters: dict[str, Any] = {}
     domes = []
     for name, light in lights.items():
         color = linear(np.asarray(light["color"], float)) if "color" in light else np.ones(3)  # a sky has its own
         kind = light["kind"]
         if kind == "sun":
-            made[f"light_{name}"] = _sun(light, color * light["strength"], center, radius)
+            emitters[f"light_{name}"] = _sun(light, color * light["strength"], center, radius)
         elif kind == "softbox":
-            made[f"light_{name}"] = _softbox(light, color)
+            emitters[f"light_{name}"] = _softbox(light, color)
         elif kind in ("lamp", "spot"):
-            made[f"light_{name}"] = _lamp(light, color)
+            emitters[f"light_{name}"] = _lamp(light, color)
         elif kind == "environment":
             domes.append(gradient(color, linear(np.asarray(light["horizon"], float))) * light["strength"])
         elif kind == "sky":
@@ -55,11 +55,11 @@ def emitters(lights: dict[str, dict[str, Any]], center: Array, radius: float) ->
             warm = np.array([1.0, 0.86 + 0.1 * low, 0.66 + 0.28 * low])
             # The irradiance is that of the ground, which a low sun meets at an angle.
             facing = CLEAR * light["strength"] / max(low, 0.15)
-            made[f"light_{name}"] = _sun(light | {"angle": SUN_DISC}, color * warm * facing, center, radius)
+            emitters[f"light_{name}"] = _sun(light | {"angle": SUN_DISC}, color * warm * facing, center, radius)
             domes.append(_sky(light) * color * (1 - CLEAR) * light["strength"])
     if domes:
-        made["dome"] = dome(np.sum(domes, axis=0))
-    return made
+        emitters["dome"] = dome(np.sum(domes, axis=0))
+    return emitters
 
 
 def dome(radiance: Array) -> Any:
@@ -78,17 +78,19 @@ def box_irradiance(size: float, distance: float) -> float:
 
 
 def _sun(light: dict[str, Any], irradiance: Array, center: Array, radius: float) -> Any:
-    way = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
+    direction = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
     half = max(light["angle"], 0.002) / 2
     away = FAR * radius
-    return _facing({"type": "disk"}, center - away * way, center, away * tan(half), irradiance / (pi * sin(half) ** 2))
+    return _facing(
+        {"type": "disk"}, center - away * direction, center, away * tan(half), irradiance / (pi * sin(half) ** 2)
+    )
 
 
 def _softbox(light: dict[str, Any], color: Array) -> Any:
-    way = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
+    direction = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
     at = np.asarray(light["at"], float)
     radiance = color * light["strength"] / box_irradiance(light["size"], light["distance"])
-    return _facing({"type": "rectangle"}, at - light["distance"] * way, at, light["size"] / 2, radiance)
+    return _facing({"type": "rectangle"}, at - light["distance"] * direction, at, light["size"] / 2, radiance)
 
 
 def _facing(shape: dict[str, Any], pos: Array, target: Array, scale: float, radiance: Array) -> Any:
@@ -119,8 +121,8 @@ def _lamp(light: dict[str, Any], color: Array) -> Any:
 
 
 def _upright(light: dict[str, Any]) -> list[float]:
-    way = np.subtract(light["look_at"], light["pos"])
-    return [0.0, 1.0, 0.0] if np.hypot(way[0], way[1]) < 1e-3 * abs(way[2]) else [0.0, 0.0, 1.0]
+    direction = np.subtract(light["look_at"], light["pos"])
+    return [0.0, 1.0, 0.0] if np.hypot(direction[0], direction[1]) < 1e-3 * abs(direction[2]) else [0.0, 0.0, 1.0]
 
 
 def _area(radiance: Array) -> dict[str, Any]:
@@ -141,9 +143,9 @@ def gradient(above: Array, horizon: Array) -> Array:
 def _sky(light: dict[str, Any]) -> Array:
     """Return the radiance of a clear sky without the sun, scaled to an irradiance of 1 on the ground."""
     mi = mitsuba()
-    way = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
+    direction = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
     sky = mi.load_dict({
-        "type": "sunsky", "sun_scale": 0.0, "sun_direction": [float(-x) for x in way],
+        "type": "sunsky", "sun_scale": 0.0, "sun_direction": [float(-x) for x in direction],
         "turbidity": float(light["turbidity"]), "to_world": mi.ScalarTransform4f(),
     })  # fmt: skip
     polar = (np.arange(ROWS) + 0.5) * pi / ROWS

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import HalfspaceIntersection, QhullError
 
+from text2sim.assets.surface import scaled_normals, triangle_areas
 from text2sim.compiler.shapes.hulls import outward_hull
 from text2sim.templates.shading import Shell
 
@@ -69,21 +70,22 @@ def presentable(vertices: Array, faces: Indices, uvs: Array | None = None) -> Re
     """
     if uvs is None and 4 < len(vertices) <= LARGEST:
         round_one = _ball(vertices, faces) or _cylinder(vertices) or _cone(vertices) or _capsule(vertices)
-        if (made := round_one or _bevelled(vertices, faces)) is not None:
-            return made
+        if (rounded := round_one or _bevelled(vertices, faces)) is not None:
+            return rounded
     return _smooth(vertices, faces, uvs)
 
 
 def _smooth(vertices: Array, faces: Indices, uvs: Array | None) -> RenderMesh:
     shell = Shell(vertices, faces)
-    worn = None if uvs is None else uvs[shell.worn]
-    return RenderMesh(vertices[shell.worn], shell.faces.astype(np.int64), shell.normals(vertices).astype(float), worn)
+    drawn_uvs = None if uvs is None else uvs[shell.sources]
+    return RenderMesh(
+        vertices[shell.sources], shell.faces.astype(np.int64), shell.normals(vertices).astype(float), drawn_uvs
+    )
 
 
 def boxed_uvs(mesh: RenderMesh) -> RenderMesh:
     """Return the mesh with box-mapped texture coordinates in metres: each face is projected along its dominant axis."""
-    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
-    axis = np.abs(np.cross(b - a, c - a)).argmax(axis=1)
+    axis = np.abs(scaled_normals(mesh.vertices[mesh.faces])).argmax(axis=1)
     corners = np.stack([mesh.faces.ravel(), np.repeat(axis, 3)], axis=1)
     drawn, faces = np.unique(corners, axis=0, return_inverse=True)
     vertices = mesh.vertices[drawn[:, 0]]
@@ -206,9 +208,7 @@ def revolved(profile: Array, slopes: Array, sides: int = SIDES) -> RenderMesh:
     faces = np.concatenate(
         [np.stack([here, beside, here + sides], axis=-1), np.stack([beside, beside + sides, here + sides], axis=-1)]
     ).reshape(-1, 3)
-    a, b, c = np.moveaxis(vertices[faces], 1, 0)
-    whole = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-14
-    return RenderMesh(vertices, faces[whole], normals)
+    return RenderMesh(vertices, faces[triangle_areas(vertices[faces]) > 5e-15], normals)
 
 
 def _bevelled(vertices: Array, faces: Indices) -> RenderMesh | None:
@@ -229,24 +229,23 @@ def _bevelled(vertices: Array, faces: Indices) -> RenderMesh | None:
     at = np.abs(corners @ planes[:, :3].T + planes[:, 3] + radius) < 1e-6 * (1 + np.abs(planes[:, 3]))
     points, normals, sharp = [], [], False
     for corner, touched in zip(corners, at, strict=True):
-        ways = _directions(planes[touched, :3])
-        sharp |= len(ways) > 1
-        points.append(corner + radius * ways)
-        normals.append(ways)
+        directions = _directions(planes[touched, :3])
+        sharp |= len(directions) > 1
+        points.append(corner + radius * directions)
+        normals.append(directions)
     if not sharp:
         return None
-    cloud, ways = np.concatenate(points), np.concatenate(normals)
+    cloud, directions = np.concatenate(points), np.concatenate(normals)
     try:
-        used, made = outward_hull(cloud, "Qt")
+        used, triangles = outward_hull(cloud, "Qt")
     except QhullError:
         return None
-    return RenderMesh(cloud[used], made, ways[used])
+    return RenderMesh(cloud[used], triangles, directions[used])
 
 
 def _planes(vertices: Array, faces: Indices) -> Array | None:
     """Return the planes n x + d <= 0 of a convex mesh, shape (p, 4); None if it is not convex."""
-    a, b, c = np.moveaxis(vertices[faces], 1, 0)
-    normals = np.cross(b - a, c - a)
+    a, normals = vertices[faces[:, 0]], scaled_normals(vertices[faces])
     size = np.linalg.norm(normals, axis=1)
     extent = np.ptp(vertices, axis=0)
     solid = size > 1e-9 * extent.max() ** 2
@@ -280,8 +279,8 @@ def _directions(normals: Array) -> Array:
     if length.min() < WOUND and np.linalg.norm(axis) > 1e-3:
         axis = axis / np.linalg.norm(axis)
         fans = [((STEPS - s) * normals + s * axis) / STEPS for s in range(STEPS + 1)]
-        ways = np.concatenate(fans)
-        return np.unique(np.round(ways / np.linalg.norm(ways, axis=1, keepdims=True), 6), axis=0)
+        normals = np.concatenate(fans)
+        return np.unique(np.round(normals / np.linalg.norm(normals, axis=1, keepdims=True), 6), axis=0)
     means = means[length[:, 0] > 0.5] / length[length[:, 0] > 0.5]
     if len(means) < 2:
         return means if len(means) else normals[:1]
@@ -293,10 +292,10 @@ def _directions(normals: Array) -> Array:
         for u in range(STEPS + 1):
             for v in range(STEPS + 1 - u):
                 grid.append((u * means[i] + v * means[j] + (STEPS - u - v) * means[k]) / STEPS)
-    ways = np.array(grid)
-    length = np.linalg.norm(ways, axis=1, keepdims=True)
-    ways = ways[length[:, 0] > 1e-3] / length[length[:, 0] > 1e-3]
-    return np.unique(np.round(ways, 6), axis=0)
+    normals = np.array(grid)
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = normals[length[:, 0] > 1e-3] / length[length[:, 0] > 1e-3]
+    return np.unique(np.round(normals, 6), axis=0)
 
 
 def _in_order(normals: Array) -> Array:

@@ -16,9 +16,9 @@ def fractal_noise(chance: np.random.Generator, slope: float, size: int) -> Array
     """
     f = np.fft.fftfreq(size) * size
     distance = np.maximum(np.hypot(f[None], f[:, None]), 2.0)
-    made = np.fft.ifft2(np.fft.fft2(chance.standard_normal((size, size))) / distance**slope).real
-    made -= made.mean()
-    return made / made.std()
+    noise = np.fft.ifft2(np.fft.fft2(chance.standard_normal((size, size))) / distance**slope).real
+    noise -= noise.mean()
+    return noise / noise.std()
 
 
 def sampled(tile: Array, x: Array, y: Array) -> Array:

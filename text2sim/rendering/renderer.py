@@ -17,6 +17,7 @@ from typing import Any
 
 from text2sim.runtime.machine import version_of
 from text2sim.spec_schema.errors import MachineError
+from text2sim.spec_schema.whole_files import user_cache
 
 VARIANTS = {"cuda": "cuda_ad_rgb", "llvm": "llvm_ad_rgb", "scalar": "scalar_rgb"}
 """Mitsuba's variants by backend, the fastest first."""
@@ -80,7 +81,7 @@ def find_variant() -> Variant:
         raise MachineError("the path tracer is not installed here: pip install 'text2sim[render]'")
     libraries = _llvm_libraries()
     key = json.dumps([version_of("mitsuba"), version_of("drjit"), libraries, os.environ.get("DRJIT_LIBLLVM_PATH", "")])
-    file = _cache_file()
+    file = user_cache() / "text2sim" / "renderer.json"
     try:
         known = json.loads(file.read_text("utf-8"))
         if known["key"] == key and known["name"] in VARIANTS:
@@ -170,7 +171,3 @@ def _runtime(library: str) -> list[str]:
 def _llvm_version(path: Path) -> int:
     digits = "".join(c if c.isdigit() else " " for c in path.name).split()
     return int(digits[0]) if digits else 0
-
-
-def _cache_file() -> Path:
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "text2sim" / "renderer.json"

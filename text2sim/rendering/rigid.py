@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from text2sim.assets.surface import scaled_normals
 from text2sim.compiler.shapes.rotation import quats_to_matrices
 from text2sim.recording.film_record import WornMesh
-from text2sim.rendering.dressing import Layer, dressed, shifted, toned
+from text2sim.rendering.decorating import Layer, decorated, shifted, toned
 from text2sim.rendering.finishes import EDGE_TINT, drawn_finish, finish_of, material, needs_uvs
 from text2sim.rendering.meshes import RenderMesh, boxed_uvs, read_mesh
 from text2sim.rendering.shapes import filtering, mesh_shape, shaded
@@ -89,13 +90,13 @@ class Batch:
         if self._made is None or self.moves or bsdf is not None:
             vertices, _ = self.surface(pos, quat)
             normals = np.einsum("nij,nj->ni", quats_to_matrices(quat)[self._links], self._normals)
-            made = mesh_shape(
+            shape = mesh_shape(
                 self.name, bsdf or self._bsdf, vertices, self._faces, normals,
                 colors=self._colors, shades=self._shades, uvs=self._uvs,
             )  # fmt: skip
             if bsdf is not None:
-                return made
-            self._made = made
+                return shape
+            self._made = shape
         return self._made
 
     def surface(self, pos: Array, quat: Array) -> tuple[Array, NDArray[np.integer]]:
@@ -104,7 +105,7 @@ class Batch:
         return np.einsum("nij,nj->ni", turn, self._vertices) + pos[self._links], self._faces
 
 
-def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float = 1.0) -> list[Batch]:
+def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float) -> list[Batch]:
     """Return the batches of all visible parts.
 
     Args:
@@ -119,7 +120,7 @@ def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float
         look = part.look
         if not look.visible or look.opacity <= 0:
             continue
-        printed = look.dress is not None or look.picture is not None  # which glass has no room for
+        printed = look.decoration is not None or look.picture is not None  # which glass has no room for
         finish = drawn_finish(look.finish, look.color, 1.0 if printed else look.opacity)
         key = part.mesh, needs_uvs(finish)
         if key not in read:
@@ -128,16 +129,16 @@ def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float
                 mesh = boxed_uvs(mesh)
             read[key] = mesh
         mesh, layer = read[key], None
-        if look.dress is not None and finish_of(finish).kind != "clear":
-            own = part.mesh, look.dress, look.color, tuple(part.quat)
+        if look.decoration is not None and finish_of(finish).kind != "clear":
+            own = part.mesh, look.decoration, look.color, tuple(part.quat)
             if own not in laid:
                 if part.mesh not in read:
                     read[part.mesh] = read_mesh(part.mesh)
                 plain = replace(read[part.mesh], uvs=None)
                 turn = quats_to_matrices(np.array([part.quat]))[0]
-                laid[own] = dressed(plain, look.dress, look.color, turn, textured=needs_uvs(finish))[:2]
+                laid[own] = decorated(plain, look.decoration, look.color, turn, textured=needs_uvs(finish))[:2]
             mesh, layer = laid[own]
-            if look.dress.repeats:
+            if look.decoration.repeats:
                 mesh = shifted(mesh, part.body, layer.unit)
         elif key[1] and look.picture is None:
             mesh = shifted(mesh, part.body, None)
@@ -165,8 +166,7 @@ def narrow_sides(mesh: RenderMesh) -> RenderMesh | None:
     """
     size = np.ptp(mesh.vertices, axis=0)
     axis = int(size.argmin())
-    corners = mesh.vertices[mesh.faces]
-    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+    areas = scaled_normals(mesh.vertices[mesh.faces]) / 2
     broad = 2 * np.prod(np.delete(size, axis))
     flat = np.abs(areas[:, axis]) > np.linalg.norm(areas, axis=1) * FACING
     covered = np.linalg.norm(areas[flat], axis=1).sum()

@@ -107,12 +107,12 @@ class FilmStage:
             part for part in recording.parts if part.body in recording.statics and _is_plane(part, recording, level)
         ]
         planes = set(self.backdrop["planes"])
-        dressed = [part for part in flat if part.body not in planes and part.look.visible and not _patterned(part.look)]
-        if dressed:
-            look = dressed[0].look
+        plain = [part for part in flat if part.body not in planes and part.look.visible and not _patterned(part.look)]
+        if plain:
+            look = plain[0].look
             if needs_uvs(look.finish):  # wood grain does not suit a wall or endless ground
                 look = replace(look, finish=BACKDROP_FINISH)
-        return look, planes | {part.body for part in dressed}
+        return look, planes | {part.body for part in plain}
 
     def _level(self) -> float | None:
         """Return the height of the floor [m]; without one, the lowest point of everything visible."""
@@ -194,7 +194,7 @@ class FilmStage:
         bare = material(self._floor.finish, two_sided=True)
         laid = bare if floor is None else floor_material(floor["pattern"], floor["color"], floor["tile"])
         color, _ = shaded(self._floor.color, self._floor.finish)
-        made = {"backdrop": (_painted("backdrop", mesh, np.broadcast_to(color, mesh.vertices.shape)), laid)}
+        shapes = {"backdrop": (_painted("backdrop", mesh, np.broadcast_to(color, mesh.vertices.shape)), laid)}
         if wall is not None:
             painted = self.recording.film["background"]
             color = np.broadcast_to(linear(np.asarray(painted)), wall.mesh.vertices.shape)
@@ -205,8 +205,8 @@ class FilmStage:
                     backdrop.get("wall", "plain"), painted, wall, self._stage, window=backdrop.get("window", False)
                 )
             )
-            made["wall"] = _painted("wall", wall.mesh, color, wall.uvs), bsdf
-        return made
+            shapes["wall"] = _painted("wall", wall.mesh, color, wall.uvs), bsdf
+        return shapes
 
     def haze(self, eye: Any) -> float:
         """Return the distance [m] at which endless ground fades for a camera at a position [m]."""
@@ -238,7 +238,7 @@ def _painted(name: str, mesh: RenderMesh, colors: Any, uvs: Any = None) -> Calla
 
 
 def _patterned(look: SurfaceLook) -> bool:
-    return look.picture is not None or look.dress is not None
+    return look.picture is not None or look.decoration is not None
 
 
 def _is_plane(part: WornMesh, recording: FilmRecord, level: float) -> bool:
@@ -261,7 +261,7 @@ def sensor(view: View, size: tuple[int, int]) -> Any:
     matrix[:3, :3] = np.stack([right, up, ahead], axis=1) * (-1.0, 1.0, 1.0)
     matrix[:3, 3] = view.pos
     away = float(np.linalg.norm(np.subtract(view.look_at, view.pos)))
-    made: dict[str, Any] = {
+    sensor: dict[str, Any] = {
         "type": "perspective",
         "fov": float(view.fov),
         "fov_axis": "y",
@@ -275,8 +275,8 @@ def sensor(view: View, size: tuple[int, int]) -> Any:
         "sampler": {"type": "multijitter"},
     }  # fmt: skip
     if view.aperture > 0:
-        made |= {"type": "thinlens", "aperture_radius": float(view.aperture), "focus_distance": float(view.focus)}
-    return _unfrozen(mi.load_dict(made))
+        sensor |= {"type": "thinlens", "aperture_radius": float(view.aperture), "focus_distance": float(view.focus)}
+    return _unfrozen(mi.load_dict(sensor))
 
 
 def _decade(length: float) -> float:

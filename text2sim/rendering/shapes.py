@@ -60,9 +60,9 @@ def mesh_shape(
 
 def shaded(color: tuple[float, float, float], finish: str) -> tuple[Array, Array]:
     """Return the linear colour of a finish, and the shade that its texture blends with it, each of shape (3,)."""
-    made = linear(np.asarray(color, float))
-    made = made + max(0.0, (DARKEST_METAL if finish_of(finish).metallic else DARKEST) - float(made.max()))
-    return made, np.clip(made * finish_of(finish).shade, 0.0, 1.0)
+    light = linear(np.asarray(color, float))
+    light = light + max(0.0, (DARKEST_METAL if finish_of(finish).metallic else DARKEST) - float(light.max()))
+    return light, np.clip(light * finish_of(finish).shade, 0.0, 1.0)
 
 
 def filtering(color: Array, opacity: float) -> Array:

@@ -48,7 +48,7 @@ def skyline(kind: str, rays: Array, haze: Array, pixel: float, behind: Array) ->
         pixel: Angle that a pixel covers.
         behind: The sky, sRGB, shape (h, w, 3).
     """
-    made = _clouded(rays, behind)
+    sky = _clouded(rays, behind)
     rise = np.arcsin(np.clip(rays[..., 2], -1.0, 1.0))
     tallest = 2.2 * max(height for _, height, _ in ROWS[kind])
     seen = np.flatnonzero(((rise < tallest) & (rise > 2 * FOOT)).any(axis=1))
@@ -62,17 +62,17 @@ def skyline(kind: str, rays: Array, haze: Array, pixel: float, behind: Array) ->
             misty = np.clip(hazy + 0.25 * (1 - rise[band] / np.maximum(top, 1e-3)), 0.0, 0.9) if k == 0 else hazy
             cover = cover * _smooth(rise[band], *((FOOT, 0.0) if k == len(ROWS[kind]) - 1 else (-pixel, pixel)))
             color = color + (haze - color) * np.broadcast_to(misty, rise[band].shape)[..., None]
-            made[band] += (color - made[band]) * cover[..., None]
-    return made
+            sky[band] += (color - sky[band]) * cover[..., None]
+    return sky
 
 
 def _clouded(rays: Array, behind: Array) -> Array:
     """Return a sky with fair-weather clouds, on a plane above: they flatten towards the horizon."""
     up = rays[..., 2]
-    made = np.array(np.broadcast_to(behind, rays.shape), np.float32)
+    sky = np.array(np.broadcast_to(behind, rays.shape), np.float32)
     seen = np.flatnonzero((up > LOWEST_CLOUD[0]).any(axis=1))
     if not len(seen):
-        return made
+        return sky
     band = slice(seen[0], seen[-1] + 1)
     up = np.maximum(up[band], 0.0)
     x, y = (rays[band, :, k] / (up + 0.1) / 7.0 for k in (0, 1))
@@ -81,8 +81,8 @@ def _clouded(rays: Array, behind: Array) -> Array:
     cover = _smooth(dense, *CLOUD_COVER) * _smooth(up, *LOWEST_CLOUD) * CLOUD_OPACITY
     lit = _smooth(dense - sampled(noise, x + 0.012, y + 0.006), -0.35, 0.3)[..., None]
     color = GREY + (WHITE - GREY) * (0.35 + 0.65 * lit)
-    made[band] += (color - made[band]) * cover[..., None]
-    return made
+    sky[band] += (color - sky[band]) * cover[..., None]
+    return sky
 
 
 def _hills(turn: Array, rise: Array, height: float, row: int) -> tuple[Array, Array]:
@@ -134,22 +134,22 @@ def _waves(seed: int, lowest: int, highest: int, slope: float) -> Array:
     """Return a periodic outline with waves of a range of frequencies, standard deviation 1, shape (STEPS,)."""
     chance, k = np.random.default_rng(seed + 11), np.arange(STEPS // 2 + 1)
     strength = np.where((k >= lowest) & (k <= highest), np.maximum(k, 1.0) ** -slope, 0.0)
-    made = np.fft.irfft(strength * np.exp(2j * np.pi * chance.random(len(k))), STEPS)
-    return made / made.std()
+    noise = np.fft.irfft(strength * np.exp(2j * np.pi * chance.random(len(k))), STEPS)
+    return noise / noise.std()
 
 
 @cache
 def _crowns(seed: int) -> Array:
     """Return an outline of tree crowns, 0 to about 2, shape (STEPS,)."""
-    chance, made = np.random.default_rng(seed + 23), np.zeros(STEPS)
+    chance, heights = np.random.default_rng(seed + 23), np.zeros(STEPS)
     for center, half, tall in zip(
         chance.integers(0, STEPS, 900), chance.uniform(9, 34, 900), chance.uniform(0.5, 1.9, 900), strict=True
     ):
         span = np.arange(-int(half), int(half) + 1)
         where = (center + span) % STEPS
-        made[where] = np.maximum(made[where], tall * np.sqrt(np.maximum(1 - (span / half) ** 2, 0.0)))
+        heights[where] = np.maximum(heights[where], tall * np.sqrt(np.maximum(1 - (span / half) ** 2, 0.0)))
     ragged = chance.standard_normal(STEPS)
-    return made + 0.12 * np.convolve(np.r_[ragged[-3:], ragged, ragged[:3]], np.ones(7) / 7, "valid")
+    return heights + 0.12 * np.convolve(np.r_[ragged[-3:], ragged, ragged[:3]], np.ones(7) / 7, "valid")
 
 
 @cache

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from text2sim.assets.surface import signed_volumes
 from text2sim.recording.film_record import SoftPart, SurfaceLook
-from text2sim.rendering.dressing import Layer, dressed
+from text2sim.rendering.decorating import Layer, decorated
 from text2sim.rendering.finishes import drawn_finish, finish_of, material, needs_uvs
 from text2sim.rendering.grains import Grains
 from text2sim.rendering.meshes import RenderMesh, boxed_uvs
@@ -16,7 +17,7 @@ from text2sim.rendering.rigid import read_picture
 from text2sim.rendering.shapes import filtering, mesh_shape, shaded
 from text2sim.rendering.tears import Tears, Torn, nearest, torn_at
 from text2sim.rendering.wetting import Wall, cut_off, wetted
-from text2sim.templates.shading import LETS_GO, Shell, parts_worn, smooth_normals
+from text2sim.templates.shading import LETS_GO, Shell, part_of_triangles, smooth_normals
 from text2sim.templates.soft_states import SoftStates
 from text2sim.templates.streams import flowing
 
@@ -56,34 +57,34 @@ class SoftSurface:
         # As in the preview, triangles that would span a tear are dropped.
         tears = part.kind == "soft" and part.row["solver"] == "mpm"
         uvs = arrays.get("uvs")
-        uvs = uvs[shell.worn].astype(float) if uvs is not None and len(uvs) == len(at_rest) else None
+        uvs = uvs[shell.sources].astype(float) if uvs is not None and len(uvs) == len(at_rest) else None
         picture = None if look.picture is None or uvs is None else read_picture(look.picture)
-        self._own: NDArray[np.integer] = shell.worn
+        self._own: NDArray[np.integer] = shell.sources
         self._faces = shell.faces.astype(np.int64)
-        self._corners: NDArray[np.integer] = np.arange(len(shell.worn))
-        layer, textured = None, any(needs_uvs(worn.finish) for worn in (look, *filter(None, part.parts)))
-        if picture is None and look.dress is not None:
+        self._corners: NDArray[np.integer] = np.arange(len(shell.sources))
+        layer, textured = None, any(needs_uvs(one.finish) for one in (look, *filter(None, part.parts)))
+        if picture is None and look.decoration is not None:
             flat = self._metric(at_rest, uvs) if part.kind == "cloth" and uvs is not None else None
-            uvs, layer = self._dressed(at_rest, flat, look, textured=textured)
+            uvs, layer = self._decorated(at_rest, flat, look, textured=textured)
         elif picture is None and textured:
             uvs = self._metric(at_rest, uvs)
         self._uvs = uvs
         rest: dict[str, Any] = {"two_sided": part.kind == "cloth", "texture_scale": texture_scale}
         printed = picture is not None or layer is not None
-        there = np.ones(len(self._faces), bool)
+        kept = np.ones(len(self._faces), bool)
         if is_clear(part.kind, look, printed=printed):
-            there = ~hollows(at_rest, arrays["faces"])
+            kept = ~hollows(at_rest, arrays["faces"])
             rest["two_sided"] = True  # what is painted on a clear skin shows from within, too
-        self._coats = [Coat(there, part.kind, look, picture, layer, **rest)]
+        self._coats = [Coat(kept, part.kind, look, picture, layer, **rest)]
         if part.regions is not None:
             placed = np.asarray(part.row["pos"]), np.asarray(part.row["quat"])
-            worn = parts_worn(part.regions, at_rest, arrays["faces"], *placed)
-            own = np.isin(worn, [k for k, one in enumerate(part.parts) if one is not None], invert=True)
-            self._coats[0].faces = there & own
+            owner = part_of_triangles(part.regions, at_rest, arrays["faces"], *placed)
+            own = np.isin(owner, [k for k, one in enumerate(part.parts) if one is not None], invert=True)
+            self._coats[0].faces = kept & own
             self._coats += [
-                Coat(there & (worn == k), part.kind, one, **rest)
+                Coat(kept & (owner == k), part.kind, one, **rest)
                 for k, one in enumerate(part.parts)
-                if one is not None and (worn == k).any()
+                if one is not None and (owner == k).any()
             ]
         self.is_clear = any(coat.is_clear for coat in self._coats)
         self._gap, self._tears = LETS_GO * float(part.row["spacing"]), None
@@ -129,7 +130,9 @@ class SoftSurface:
         normals, name = smooth_normals(inner[faces], faces.ravel(), len(inner)), f"{self.name}_inside"
         return {name: mesh_shape(name, bsdf or material(TORN), inner, faces, normals, colors=colors)}
 
-    def _dressed(self, at_rest: Array, flat: Array | None, look: SurfaceLook, *, textured: bool) -> tuple[Array, Layer]:
+    def _decorated(
+        self, at_rest: Array, flat: Array | None, look: SurfaceLook, *, textured: bool
+    ) -> tuple[Array, Layer]:
         """Return texture coordinates in metres for a pattern, and the layer, which deforms with the body.
 
         Args:
@@ -138,9 +141,9 @@ class SoftSurface:
             look: The look, with the pattern.
             textured: Whether a finish of the body has a texture, which uses the same texture coordinates.
         """
-        assert look.dress is not None
+        assert look.decoration is not None
         whole = RenderMesh(at_rest[self._own], self._faces, self._shell.normals(at_rest), flat)
-        laid, layer, self._corners = dressed(whole, look.dress, look.color, np.eye(3), textured=textured)
+        laid, layer, self._corners = decorated(whole, look.decoration, look.color, np.eye(3), textured=textured)
         self._faces, self._own = laid.faces, self._own[self._corners]
         assert laid.uvs is not None
         return laid.uvs, layer
@@ -244,8 +247,7 @@ def hollows(vertices: Array, faces: NDArray[Any]) -> NDArray[np.bool_]:
     a, b, c = faces.T.astype(np.int64)
     joined = coo_array((np.ones(2 * len(a)), (np.r_[a, b], np.r_[b, c])), shape=(len(vertices),) * 2)
     group = connected_components(joined, directed=False)[1][a]
-    volumes = np.einsum("fi,fi->f", vertices[a], np.cross(vertices[b], vertices[c]))
-    return (np.bincount(group, volumes) < 0)[group]
+    return (np.bincount(group, signed_volumes(vertices[faces])) < 0)[group]
 
 
 class LiquidSurface:
@@ -281,8 +283,8 @@ class LiquidSurface:
             vertices, faces = _creased(vertices, faces, on)
         normals = smooth_normals(vertices[faces], faces.ravel(), len(vertices))
         colors, shades = (np.broadcast_to(c, vertices.shape) for c in (self._color, self._shade))
-        made = mesh_shape(self.name, bsdf or self._bsdf, vertices, faces, normals, colors=colors, shades=shades)
-        return {self.name: made}
+        shape = mesh_shape(self.name, bsdf or self._bsdf, vertices, faces, normals, colors=colors, shades=shades)
+        return {self.name: shape}
 
 
 def _creased(vertices: Array, faces: NDArray[Any], on: NDArray[np.bool_]) -> tuple[Array, NDArray[Any]]:

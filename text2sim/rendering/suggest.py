@@ -148,8 +148,8 @@ def _written(loaded: LoadedCase) -> dict[str, Any]:
 
 def _with_render(loaded: LoadedCase, render: dict[str, Any]) -> LoadedCase:
     """Return the case with another `render` section."""
-    made = Render.model_validate(render)
-    return replace(loaded, case=loaded.case.model_copy(update={"render": made}))
+    model = Render.model_validate(render)
+    return replace(loaded, case=loaded.case.model_copy(update={"render": model}))
 
 
 def _filmed(recording: FilmRecord, loaded: LoadedCase, render: dict[str, Any]) -> FilmRecord:

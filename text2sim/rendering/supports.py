@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from text2sim.assets.surface import triangle_areas
 from text2sim.compiler.shapes.rotation import quats_to_matrices
 from text2sim.recording.film_record import FilmRecord
 from text2sim.rendering.meshes import RenderMesh, joined, read_mesh, revolved
@@ -102,15 +103,15 @@ def posts(things: list[StaticBody], level: float, moving: list[tuple[Array, Arra
         moving: Boxes around all moving bodies at each sampled moment: centres (n, 3) [m], axes (n, 3, 3) and half
             sizes (n, 3) [m].
     """
-    made = []
+    supports = []
     for group in _groups(things):
         if _is_steady(group, level):
             continue
         largest = max(group, key=lambda thing: float(np.prod((thing.high - thing.low)[:2])))
         below, wanted = _posts_below(largest, level, things, moving)
         # A single post of two would look like a stray line.
-        made += below if 2 * len(below) > wanted else _rods_above(largest, things, moving) or below
-    return joined(made) if made else None
+        supports += below if 2 * len(below) > wanted else _rods_above(largest, things, moving) or below
+    return joined(supports) if supports else None
 
 
 def _boxes(recording: FilmRecord, moving: list[str]) -> list[tuple[Array, Array, Array]]:
@@ -141,11 +142,11 @@ def _is_steady(group: list[StaticBody], level: float) -> bool:
     standing = standing[standing[:, 2] < level + NEAR * size][:, :2]
     if not len(standing):
         return False
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    area = triangle_areas(corners)
     middle = (corners.mean(axis=1)[:, :2] * area[:, None]).sum(axis=0) / area.sum()
     turns = np.linspace(0, np.pi, 16, endpoint=False)
-    ways = np.stack([np.cos(turns), np.sin(turns)])
-    on, at = standing @ ways, middle @ ways
+    directions = np.stack([np.cos(turns), np.sin(turns)])
+    on, at = standing @ directions, middle @ directions
     return bool(((at >= on.min(axis=0) - STEADY * size) & (at <= on.max(axis=0) + STEADY * size)).all())
 
 
@@ -154,7 +155,7 @@ def _posts_below(
 ) -> tuple[list[RenderMesh], int]:
     """Return the posts of a body, and the number of posts that it would have if nothing were in the way."""
     spots, width = _spots(thing, float(thing.low[2]) - level)
-    made = []
+    posts = []
     for x, y in spots:
         heights = _crossed(thing, x, y)
         if not len(heights):
@@ -165,14 +166,14 @@ def _posts_below(
         long = top - foot
         radius = float(np.clip(THICK * long, LEAST * width, MOST * width))
         if long > LOW * thing.size and _is_free(np.array([x, y, foot]), np.array([x, y, top]), radius, moving):
-            made.append(_post(x, y, foot, top, radius, flared=len(spots) == 1))
-    return made, len(spots)
+            posts.append(_post(x, y, foot, top, radius, flared=len(spots) == 1))
+    return posts, len(spots)
 
 
 def _rods_above(thing: StaticBody, things: list[StaticBody], moving: list[Any]) -> list[RenderMesh]:
     """Return the rods that hold a body from above."""
     spots, width = _spots(thing, 0.0)
-    made = []
+    rods = []
     for x, y in spots:
         heights = _crossed(thing, x, y)
         if not len(heights):
@@ -182,8 +183,8 @@ def _rods_above(thing: StaticBody, things: list[StaticBody], moving: list[Any]) 
         radius = float(np.clip(ROD * thing.size, LEAST * width, MOST * width))
         above = any((_crossed(other, x, y) > top).any() for other in things if other is not thing)
         if not above and _is_free(np.array([x, y, top]), np.array([x, y, end]), radius, moving):
-            made.append(_post(x, y, top, end, radius, flared=False))
-    return made
+            rods.append(_post(x, y, top, end, radius, flared=False))
+    return rods
 
 
 def _spots(thing: StaticBody, height: float) -> tuple[Array, float]:
@@ -242,10 +243,10 @@ def _is_free(start: Array, end: Array, radius: float, moving: list[Any]) -> bool
 def _post(x: float, y: float, foot: float, top: float, radius: float, *, flared: bool) -> RenderMesh:
     """Return a post, with a foot if `flared`."""
     profile, slopes = [(radius, foot), (radius, top)], [(1.0, 0.0), (1.0, 0.0)]
-    made = revolved(np.array(profile), np.array(slopes), sides=SIDES)
+    mesh = revolved(np.array(profile), np.array(slopes), sides=SIDES)
     if flared:
         wide, thick = min(7 * radius, 0.4 * (top - foot)), 0.8 * radius
         rim = revolved(np.array([(wide, foot), (wide, foot + thick)]), np.array(slopes), sides=2 * SIDES)
         disc = np.array([(0.0, foot + thick), (wide, foot + thick)])
-        made = joined([made, rim, revolved(disc, np.array([(0.0, 1.0), (0.0, 1.0)]), sides=2 * SIDES)])
-    return RenderMesh(made.vertices + (x, y, 0.0), made.faces, made.normals)
+        mesh = joined([mesh, rim, revolved(disc, np.array([(0.0, 1.0), (0.0, 1.0)]), sides=2 * SIDES)])
+    return RenderMesh(mesh.vertices + (x, y, 0.0), mesh.faces, mesh.normals)

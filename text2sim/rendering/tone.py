@@ -27,7 +27,7 @@ ACES_OUT = np.array([[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605
 LUMA = np.array([0.2126, 0.7152, 0.0722])
 
 
-def developed(radiance: Array, gain: float, tone: str = "agx") -> Array:
+def developed(radiance: Array, gain: float, tone: str) -> Array:
     """Return radiance (h, w, 3), linear Rec. 709, as a picture in sRGB, 0 to 1.
 
     Args:

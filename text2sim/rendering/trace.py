@@ -81,14 +81,13 @@ class Traced:
     """Distance from the camera at which endless ground fades [m]; 0 without haze."""
 
 
-def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: float, *, denoise: bool = True) -> Traced:
+def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: float) -> Traced:
     """Trace a frame as the mean over several moments.
 
     Args:
         moments: Scene and sensor of each.
         quality: Sampling quality.
         gain: Factor that maps a lit white sheet to 1.
-        denoise: Whether to denoise.
     """
     mi = mitsuba()
     path: dict[str, Any] = {"type": "path", "max_depth": quality.depth, "rr_depth": ROULETTE, "hide_emitters": True}
@@ -102,8 +101,8 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
     for k, (moment, sensor) in enumerate(moments):
         seed = SEED + 7919 * k
         with _timed(seconds, "trace"):
-            made = mi.render(moment.solid, sensor=sensor, integrator=integrator, spp=samples, seed=seed)
-            there = pictures.add(made)[..., 3]
+            rendered = mi.render(moment.solid, sensor=sensor, integrator=integrator, spp=samples, seed=seed)
+            there = pictures.add(rendered)[..., 3]
         with _timed(seconds, "guides"):
             guides.add(mi.render(moment.solid, sensor=sensor, integrator=guide, spp=guiding, seed=seed))
             if guiding > samples and there.min() < 1:  # edges before an empty background are noisy with few samples
@@ -121,11 +120,10 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
         picture, seen = pictures.value, guides.value[..., -7:]
         radiance, alpha = _limited(undimmed(picture[..., :3], picture[..., 3]), gain), np.clip(alphas.value, 0, 1)
         fast = quality.samples <= SAMPLES_OF_DRAFTS
-        if denoise:
-            radiance = _denoised(radiance, np.clip(seen[..., :3], 0, 1), seen[..., 3:6], fast=fast)
+        radiance = _denoised(radiance, np.clip(seen[..., :3], 0, 1), seen[..., 3:6], fast=fast)
         if glosses.count:
             gloss = _limited(healed(glosses.value[..., :3]), gain)
-            gloss = dimmed(_denoised(gloss, fast=fast) if denoise else gloss, gain)
+            gloss = dimmed(_denoised(gloss, fast=fast), gain)
             through = filters.value if filters.count else np.ones(3)
             lit = radiance * alpha[..., None] * through + gloss
             alpha = 1 - (1 - alpha) * through.mean(axis=-1)

@@ -84,16 +84,16 @@ def wall_picture(kind: str, wall: Wall, stage: float, *, window: bool) -> Array:
     rows = max(round(tall / texel), 2)
     x, y = np.meshgrid((np.arange(COLUMNS) + 0.5) * texel - wide / 2, (np.arange(rows) + 0.5) * texel)
     chance = np.random.default_rng(sum(kind.encode()))
-    made = 1 + 0.035 * sampled(fractal_noise(chance, 1.6, NOISE_TEXELS), x / (5 * stage), y / (5 * stage))
+    tones = 1 + 0.035 * sampled(fractal_noise(chance, 1.6, NOISE_TEXELS), x / (5 * stage), y / (5 * stage))
     if kind in STONES:
-        made = made * _stones(kind, chance, x, y, stage)
+        tones = tones * _stones(kind, chance, x, y, stage)
     if kind in ("plaster", "tiles") and stage >= MIN_ROOM:
         board = y < SKIRTING
-        made = np.where(board, SKIRTING_TONE, made) * np.where(np.abs(y - SKIRTING) < 1.5 * texel, 0.75, 1.0)
+        tones = np.where(board, SKIRTING_TONE, tones) * np.where(np.abs(y - SKIRTING) < 1.5 * texel, 0.75, 1.0)
     if window:
-        made = made * (DIM + (1 - DIM) * _window_light(x / stage, y / stage))
-    made = made * (1 - FALLOFF * (1 - np.exp(-((x / (2.2 * away)) ** 2) - (y / (1.6 * away)) ** 2)))
-    return gaussian_filter(made, UNFOCUSED * away / texel)
+        tones = tones * (DIM + (1 - DIM) * _window_light(x / stage, y / stage))
+    tones = tones * (1 - FALLOFF * (1 - np.exp(-((x / (2.2 * away)) ** 2) - (y / (1.6 * away)) ** 2)))
+    return gaussian_filter(tones, UNFOCUSED * away / texel)
 
 
 def _stones(kind: str, chance: np.random.Generator, x: Array, y: Array, stage: float) -> Array:

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from text2sim.assets.surface import scaled_normals
+
 Array = NDArray[np.floating]
 
 
@@ -62,15 +64,15 @@ def wetted(points: Array, spacing: float, walls: Sequence[Wall]) -> Wetting:
         spacing: Distance between neighbours [m].
         walls: Rigid surfaces.
     """
-    made = Wetting(points, np.full((len(points), 3, 4), np.nan), np.zeros((0, 3)))
+    wetting = Wetting(points, np.full((len(points), 3, 4), np.nan), np.zeros((0, 3)))
     if not len(points):
-        return made
+        return wetting
     reach = TOUCHING * spacing
     low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
     split = [_split(wall.vertices[wall.faces], spacing, low, high) for wall in walls]
     corners = np.concatenate([np.zeros((0, 3, 3)), *split])
     clear = np.repeat([wall.clear for wall in walls], [len(part) for part in split]).astype(bool)
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    cross = scaled_normals(corners)
     size = np.linalg.norm(cross, axis=1)
     corners, clear, normals = corners[size > 0], clear[size > 0], cross[size > 0] / size[size > 0, None]
     places = corners.mean(axis=1) + BEFORE * spacing * normals
@@ -79,8 +81,8 @@ def wetted(points: Array, spacing: float, walls: Sequence[Wall]) -> Wetting:
     side = 2 * axis + (np.take_along_axis(normals, axis[:, None], axis=1)[:, 0] < 0)
     for one in np.unique(side):
         own = side == one
-        made = _filled(made, spacing, places[own], normals[own], clear[own], one // 2)
-    return made._replace(places=places[clear])
+        wetting = _filled(wetting, spacing, places[own], normals[own], clear[own], one // 2)
+    return wetting._replace(places=places[clear])
 
 
 def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, NDArray[np.bool_]]:
@@ -121,8 +123,8 @@ def _filled(
     points, reach = made.points, TOUCHING * spacing
     away, nearest = KDTree(places).query(points, distance_upper_bound=reach + spacing)
     k = np.flatnonzero(np.isfinite(away))
-    there = np.asarray(nearest)[k]
-    normal, place, glassy = normals[there], places[there], clear[there]
+    touching = np.asarray(nearest)[k]
+    normal, place, glassy = normals[touching], places[touching], clear[touching]
     gap = ((points[k] - place) * normal).sum(axis=1)
     near = (gap > 0) & (gap <= reach)
     k, normal, place, gap, glassy = k[near], normal[near], place[near], gap[near], glassy[near]

@@ -67,9 +67,9 @@ def withdrawn(watcher: Watcher, name: str) -> list[Operation]:
     after = sights_of(watcher, pictures, views)
     for k in np.flatnonzero(moved & cut.any(axis=1)):
         grown = np.linalg.norm(views[k].pos - views[k].look_at) / np.linalg.norm(first[k].pos - first[k].look_at)
-        mine = kept[k] & (before[k].seen > 0)
+        seen = kept[k] & (before[k].seen > 0)
         if (after[k].inside[kept[k]] < WHOLE).any() or (
-            after[k].seen[mine] * grown**2 < SEEN * before[k].seen[mine]
+            after[k].seen[seen] * grown**2 < SEEN * before[k].seen[seen]
         ).any():
             return []
     views = _eased(first, views, moved)
@@ -121,9 +121,9 @@ def _drawn_back(
 
 def _eased(first: list[View], views: list[View], moved: Array) -> list[View]:
     """Return views that come gradually from the first views to those that moved, and go back to them."""
-    found, there = list(views), np.flatnonzero(moved)
+    found, moving = list(views), np.flatnonzero(moved)
     for k in np.flatnonzero(~moved).tolist():
-        near = int(there[np.abs(there - k).argmin()])
+        near = int(moving[np.abs(moving - k).argmin()])
         weight = max(1 - abs(near - k) / (RETURN + 1), 0.0)
         pos, look_at = (getattr(views[near], at) - getattr(first[near], at) for at in ("pos", "look_at"))
         found[k] = first[k]._replace(pos=first[k].pos + weight * pos, look_at=first[k].look_at + weight * look_at)
@@ -163,9 +163,9 @@ def extents_of(watcher: Watcher, t: float, view: View) -> Iterator[tuple[int, Ex
     wide, tall = watcher.size
     places = project(view, things.triangles, wide / tall).reshape(-1, 3, 3)
     for k in np.unique(things.owner).tolist():
-        mine = places[things.owner == k].reshape(-1, 3)
-        if (mine[:, 2] > 0).all():
-            yield k, (mine[:, :2].min(axis=0), mine[:, :2].max(axis=0))
+        own = places[things.owner == k].reshape(-1, 3)
+        if (own[:, 2] > 0).all():
+            yield k, (own[:, :2].min(axis=0), own[:, :2].max(axis=0))
 
 
 def union(extents: list[Extent]) -> Extent:

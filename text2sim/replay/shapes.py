@@ -32,8 +32,8 @@ def pack_shapes(scenery: Scenery, blob: Blob, pictures: Pictures, rows: dict[int
     Returns:
         `meshes`, and `pieces` with their bodies.
     """
-    worn = {piece.mesh for link in scenery.links for piece in link.pieces}
-    total = sum(len(scenery.mesh(path).faces) for path in worn)
+    meshes = {piece.mesh for link in scenery.links for piece in link.pieces}
+    total = sum(len(scenery.mesh(path).faces) for path in meshes)
     keep = min(1.0, MOST_TRIANGLES / max(total, 1))
     if keep < 1:
         notes.append(f"meshes have {keep:.0%} of their triangles")
@@ -82,7 +82,7 @@ def _reduced(mesh: RenderMesh, keep: float) -> RenderMesh:
     fewer = fast_simplification.simplify(np.asarray(places, np.float64), faces.astype(np.int32), away)
     vertices, left = np.asarray(fewer[0], float), np.asarray(fewer[1])
     shell = Shell(vertices, left)
-    return RenderMesh(vertices[shell.worn], shell.faces, shell.normals(vertices))
+    return RenderMesh(vertices[shell.sources], shell.faces, shell.normals(vertices))
 
 
 def _packed(mesh: RenderMesh, blob: Blob) -> dict[str, Any]:

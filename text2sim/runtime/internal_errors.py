@@ -9,6 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from text2sim import __version__
+from text2sim.spec_schema.whole_files import user_cache
 
 
 def keep_details(error: BaseException) -> str:
@@ -25,7 +26,7 @@ def keep_details(error: BaseException) -> str:
         home = Path.home()
         text = text.replace(str(home), "~") if len(home.parts) > 1 else text
     with suppress(OSError, RuntimeError):
-        folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "text2sim" / "bugs"
+        folder = user_cache() / "text2sim" / "bugs"
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         data = text.encode("utf-8", "backslashreplace")
         path = folder / f"{sha256(data).hexdigest()[:12]}.txt"

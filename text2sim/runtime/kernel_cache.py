@@ -5,6 +5,8 @@ from contextlib import suppress
 from pathlib import Path
 from time import time
 
+from text2sim.spec_schema.whole_files import user_cache
+
 STALE_LOCK_AGE = 120.0
 """Age [s] at which a lock counts as abandoned: the engine holds it for seconds, while it reads or writes the index."""
 
@@ -13,8 +15,7 @@ def cache_folder() -> Path:
     """Return where the engine keeps compiled kernels."""
     if chosen := os.environ.get("QD_OFFLINE_CACHE_FILE_PATH"):
         return Path(chosen).absolute()
-    cache = os.environ.get("XDG_CACHE_HOME")
-    return (Path(cache) if cache else Path.home() / ".cache") / "quadrants" / "qdcache"
+    return user_cache() / "quadrants" / "qdcache"
 
 
 def is_warm() -> bool:

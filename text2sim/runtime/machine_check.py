@@ -28,10 +28,10 @@ def check_ability(loaded: "LoadedCase") -> None:
     able = [name for name in _variants(loaded) if _runs(loaded, name)]
     if able:
         names = " or ".join(f"`--variant {name}`" for name in able)
-        way = f"; run it with {names}, which {'does' if len(able) == 1 else 'do'} without"
+        remedy = f"; run it with {names}, which {'does' if len(able) == 1 else 'do'} without"
     else:
-        way = "; it has no variant that does without (`scene.contact.model: particle` or `sap` would)"
-    raise MachineError(f"contact model ipc does not run on this machine: {obstacle}{way}")
+        remedy = "; it has no variant that does without (`scene.contact.model: particle` or `sap` would)"
+    raise MachineError(f"contact model ipc does not run on this machine: {obstacle}{remedy}")
 
 
 def _variants(loaded: "LoadedCase") -> list[str]:

@@ -11,7 +11,7 @@ from text2sim.compiler.provenance import provenance
 from text2sim.runtime import kernel_cache
 from text2sim.runtime.child import ChildExit, Limits, run_child
 from text2sim.runtime.outcome import Outcome, outcome_of, read_end, read_status
-from text2sim.runtime.progress import CHILD_PHASES, Clock, ProgressTail
+from text2sim.runtime.progress import CHILD_PHASES, Clock, ProgressTail, rough_duration
 from text2sim.runtime.stop import Stop
 
 FIRST_BUILD_NOTE = "compiling physics kernels: over a minute the first time on this machine"
@@ -140,13 +140,9 @@ class ProgressRelay:
             so_far = f"{time / duration:.1%} of it took {now:.0f} s, {pace:.3g} s per simulated second"
             fitting = max(0.0, time + (self._limit - now) / pace)
             self.hopeless_because = (
-                f"{so_far}: all would take {_duration_text(expected_wall_time)}, and the limit is {self._limit:.0f} s, "
+                f"{so_far}: all would take {rough_duration(expected_wall_time)}, and the limit is {self._limit:.0f} s, "
                 f"in which {fitting:.2g} s can be simulated"
             )
-
-
-def _duration_text(seconds: float) -> str:
-    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
 
 
 def _finite(value: object, otherwise: float) -> float:

@@ -1,8 +1,10 @@
-"""Paths, errors, durations and outcomes of runs in plain words."""
+"""Paths, errors and outcomes of runs in plain words."""
 
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from text2sim.runtime.progress import duration_text
 
 if TYPE_CHECKING:
     from text2sim.harness.result import RunResult
@@ -21,19 +23,6 @@ def user_message(error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return str(error)
-
-
-def duration_text(value: float | None) -> str:
-    """Return a duration for people: `0.4 s`, `41 s`, `3 min 5 s`."""
-    if value is None:
-        return "?"
-    if value < 10:
-        return f"{value:.1f} s"
-    minutes, rest = divmod(round(value), 60)
-    hours, minutes = divmod(minutes, 60)
-    if hours:
-        return f"{hours} h {minutes} min"
-    return f"{minutes} min {rest} s" if minutes else f"{rest} s"
 
 
 def run_line(result: "RunResult") -> str:

@@ -1,4 +1,4 @@
-"""Atomic writes of files, with errors that name the file."""
+"""Atomic writes of files, with errors that name the file, and the user's cache folder."""
 
 import json
 import os
@@ -6,6 +6,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
+
+
+def user_cache() -> Path:
+    """Return the folder for caches of this user's programs.
+
+    Raises:
+        RuntimeError: if the user has no home.
+    """
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
 
 
 @contextmanager

@@ -159,7 +159,7 @@ def anonymise_film(source: Path, target: Path) -> None:
     import av.error
 
     try:
-        with av.open(str(source)) as film, av.open(str(target), "w", format="mp4", options=_OPTIONS) as made:
+        with av.open(str(source)) as film, av.open(str(target), "w", format="mp4", options=_OPTIONS) as output:
             if not film.streams.video:
                 raise RunError(f"{source}: the film has no frames")
             pictures = film.streams.video[0]
@@ -167,7 +167,7 @@ def anonymise_film(source: Path, target: Path) -> None:
             if max(old.width, old.height) > LONGEST_SIDE:
                 raise RunError(f"{source}: its frames are larger than {LONGEST_SIDE} pixels")
             rate = pictures.average_rate or Fraction(25)
-            stream = made.add_stream("libx264", rate=rate)
+            stream = output.add_stream("libx264", rate=rate)
             stream.width, stream.height, stream.pix_fmt = old.width // 2 * 2, old.height // 2 * 2, "yuv420p"
             stream.options = {"crf": "14", "preset": "veryfast", "threads": "2"}
             for name in ("colorspace", "color_primaries", "color_trc", "color_range"):
@@ -178,8 +178,8 @@ def anonymise_film(source: Path, target: Path) -> None:
                     raise RunError(f"{source}: it has more than {MOST_FRAMES:,} frames")
                 plain = frame.reformat(stream.width, stream.height, "yuv420p")
                 plain.pts, plain.time_base, plain.pict_type = count - 1, 1 / rate, 0
-                made.mux(stream.encode(plain))
-            made.mux(stream.encode())
+                output.mux(stream.encode(plain))
+            output.mux(stream.encode())
         if not count:
             raise RunError(f"{source}: the film has no frames")
     except (av.error.FFmpegError, ValueError, OverflowError) as error:

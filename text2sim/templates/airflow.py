@@ -96,11 +96,11 @@ def frozen_gusts(size, dice):
         dice: Random generator.
     """
     number = np.geomspace(1, 1 / SMALLEST, WAVES)
-    ways, other = (unit(dice.normal(size=(WAVES, 3))) for _ in range(2))
+    directions, other = (unit(dice.normal(size=(WAVES, 3))) for _ in range(2))
     # Waves are spaced evenly in log k: each stands for an energy of k^(-5/3) dk, which is k^(-2/3).
-    sways = unit(np.cross(ways, other)) * number[:, None] ** (-1 / 3)
+    sways = unit(np.cross(directions, other)) * number[:, None] ** (-1 / 3)
     sways *= np.sqrt(3 / (np.square(sways).sum() / 2))
-    return 2 * np.pi / size * number[:, None] * ways, sways, dice.uniform(0, 2 * np.pi, WAVES)
+    return 2 * np.pi / size * number[:, None] * directions, sways, dice.uniform(0, 2 * np.pi, WAVES)
 
 
 def unit(vectors):

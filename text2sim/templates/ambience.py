@@ -13,7 +13,7 @@ SHADE = 0.5
 """Largest share of the light that ambient occlusion takes away."""
 REACHES = (0.01, 0.02, 0.04)
 """Distances in the picture at which depths are compared, in picture heights."""
-WAYS = ((0, 1), (1, 0), (1, 1), (1, -1))
+DIRECTIONS = ((0, 1), (1, 0), (1, 1), (1, -1))
 FAINT, STEEP = 0.08, 1.4
 """Range of curvature that is shaded: below it a surface is flat, above it one body hides another far behind it."""
 FADES = 0.35
@@ -36,12 +36,12 @@ def shaded(image: np.ndarray, depth: np.ndarray, fov: float) -> np.ndarray:
         step = max(1, round(reach * len(near)))
         wide = np.pad(near, step, mode="reflect", reflect_type="odd")
         size = 2 * np.tan(np.radians(fov) / 2) * step / len(near)
-        for down, right in WAYS:
+        for down, right in DIRECTIONS:
             ahead, back = (_moved(wide, step, sign * down, sign * right) for sign in (1, -1))
             bend = ((ahead + back) / 2 - near) / (there * size * np.hypot(down, right))
             total += np.clip(bend - FAINT, 0.0, 1.0) * np.clip(2 - bend / STEEP, 0.0, 1.0)
     total *= near > 0
-    dark = _blurred(total / (len(REACHES) * len(WAYS)), max(1, round(REACHES[0] * len(near))))
+    dark = _blurred(total / (len(REACHES) * len(DIRECTIONS)), max(1, round(REACHES[0] * len(near))))
     dark = np.clip(2.5 * dark, 0.0, 1.0).repeat(2, axis=0).repeat(2, axis=1)[: image.shape[0], : image.shape[1], None]
     return (image * (1 - np.float32(SHADE) * dark)).astype(np.uint8)
 

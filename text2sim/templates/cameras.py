@@ -156,9 +156,12 @@ def _framed_orbit(camera: dict, points: np.ndarray, middle: np.ndarray, aspect: 
         return camera | {"look_at": middle}
     slope = camera["height"] / camera["radius"]
     angles = camera["start"] + camera["turn"] * np.linspace(0, 1, TURNS)
-    ways = [np.array((math.cos(angle), math.sin(angle), slope)) for angle in angles]
+    directions = [np.array((math.cos(angle), math.sin(angle), slope)) for angle in angles]
     tan_half_fov, local = _tan_usable(camera), points - middle
-    fitting = [_fitting_distance(local, way, camera["up"], tan_half_fov, aspect, turn_only=True)[0] for way in ways]
+    fitting = [
+        _fitting_distance(local, direction, camera["up"], tan_half_fov, aspect, turn_only=True)[0]
+        for direction in directions
+    ]
     radius = max(fitting) / math.hypot(1.0, slope)
     return camera | {"look_at": middle, "radius": radius, "height": slope * radius}
 
@@ -166,8 +169,8 @@ def _framed_orbit(camera: dict, points: np.ndarray, middle: np.ndarray, aspect: 
 def _framed_by_distance(camera: dict, points: np.ndarray, middle: np.ndarray, aspect: float) -> dict:
     direction = np.asarray(camera["frame"]["direction"], float)
     distance, aside = _fitting_distance(points - middle, direction, camera["up"], _tan_usable(camera), aspect)
-    way = direction / np.linalg.norm(direction)
-    return camera | {"pos": middle + aside + distance * way, "look_at": middle + aside}
+    toward = direction / np.linalg.norm(direction)
+    return camera | {"pos": middle + aside + distance * toward, "look_at": middle + aside}
 
 
 def _framed_by_fov(camera: dict, points: np.ndarray, middle: np.ndarray, aspect: float) -> dict:
@@ -195,22 +198,24 @@ def framed_balls(camera: dict, balls: list[tuple[Any, float]], aspect: float) ->
         balls: Centre [m], shape (3,), and radius [m] of each.
         aspect: Width of the picture over its height.
     """
-    ways = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], float)
-    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
-    return framed(camera, np.concatenate([np.asarray(center) + radius * ways for center, radius in balls]), aspect)
+    directions = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], float)
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return framed(
+        camera, np.concatenate([np.asarray(center) + radius * directions for center, radius in balls]), aspect
+    )
 
 
 def _fitting_distance(
-    points: np.ndarray, way: np.ndarray, up: Any, tan_half_fov: float, aspect: float, *, turn_only: bool = False
+    points: np.ndarray, direction: np.ndarray, up: Any, tan_half_fov: float, aspect: float, *, turn_only: bool = False
 ) -> tuple[float, np.ndarray]:
-    """Smallest distance along `way` [m] at which all points are in the picture, and the sideways shift it needs [m].
+    """Smallest distance [m] along `direction` that shows all points, and the sideways shift it needs [m].
 
     The picture's four edges are planes. Each plane is moved to its outermost point, and the camera stands where
     opposite planes meet. With `turn_only` the camera stays on the axis.
     """
-    way = way / np.linalg.norm(way)
-    right, above, _ = np.array(basis(way, (0.0, 0.0, 0.0), up))
-    depth = points @ way  # towards the camera
+    direction = direction / np.linalg.norm(direction)
+    right, above, _ = np.array(basis(direction, (0.0, 0.0, 0.0), up))
+    depth = points @ direction  # towards the camera
     needed, aside = [], np.zeros(3)
     for axis, slope in ((right, tan_half_fov * aspect), (above, tan_half_fov)):
         across = points @ axis

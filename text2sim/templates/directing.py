@@ -104,7 +104,7 @@ def _along(camera: dict, film: dict, states: Any) -> dict:
     if spans[0] >= SMALL and spans[1] >= SMALL_ACTIVE:
         return still
     standing = [states.bounds([name], float(times[0])) for name in film["auto"]["statics"]]
-    way, kept = (view.pos - view.look_at) / full, []
+    direction, kept = (view.pos - view.look_at) / full, []
     for t in shown:
         near = [cloud for cloud, other in zip(clouds, shown, strict=True) if abs(other - t) <= WINDOW]
         cloud = np.concatenate(near)
@@ -116,7 +116,7 @@ def _along(camera: dict, film: dict, states: Any) -> dict:
     weights = np.exp(-(gaps**2) / 2)
     calm = weights @ np.array(kept) / weights.sum(axis=1, keepdims=True)
     look_at = [tuple(round(float(c), 4) for c in row[:3]) for row in calm]
-    positions = [tuple(round(float(c), 4) for c in row[:3] + row[3] * way) for row in calm]
+    positions = [tuple(round(float(c), 4) for c in row[:3] + row[3] * direction) for row in calm]
     rest = {key: value for key, value in still.items() if key not in ("pos", "look_at", "kind")}
     return rest | {
         "kind": "keyframed",

@@ -37,8 +37,8 @@ def vis_options(script: dict):
             )
         elif light["kind"] != "environment":
             color = light.get("color", (1.0, 1.0, 1.0))
-            way = light["direction"]
-            lights.append(gs.options.vis.DirectionalLight(dir=way, color=color, intensity=light["strength"]))
+            direction = light["direction"]
+            lights.append(gs.options.vis.DirectionalLight(dir=direction, color=color, intensity=light["strength"]))
     ambient = (script["ambient"],) * 3
     return gs.options.VisOptions(background_color=script["background"], ambient_light=ambient, lights=lights)
 

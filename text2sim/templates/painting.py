@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 if __package__:
-    from .patterns import INK, Dress, contrast, fitted, size_for, tile  # noqa: TID252
+    from .patterns import INK, Decoration, contrast, fitted, size_for, tile  # noqa: TID252
     from .unfolding import Sheet  # noqa: TID252
 else:
-    from patterns import INK, Dress, contrast, fitted, size_for, tile
+    from patterns import INK, Decoration, contrast, fitted, size_for, tile
     from unfolding import Sheet
 
 LARGEST = 2048
@@ -44,11 +44,11 @@ def places(sheets: list[Sheet]) -> tuple[np.ndarray, tuple[float, float]]:
     return left, (float(left[-1] + widths[-1]), max(sheet.height for sheet in sheets))
 
 
-def painted(dress: Dress, sheets: list[Sheet], own: tuple[float, ...]) -> np.ndarray:
+def painted(decoration: Decoration, sheets: list[Sheet], own: tuple[float, ...]) -> np.ndarray:
     """Return one picture of all sheets: red, green, blue and alpha, 0 to 1, shape (h, w, 4), top row first.
 
     Args:
-        dress: Pattern and label of the surface.
+        decoration: Pattern and label of the surface.
         sheets: Sheets of the body.
         own: Colour of the body, sRGB.
     """
@@ -62,14 +62,14 @@ def painted(dress: Dress, sheets: list[Sheet], own: tuple[float, ...]) -> np.nda
     for sheet, x in zip(sheets, left, strict=True):
         size = max(round(sheet.width * scale), 1), max(round(sheet.height * scale), 1)
         picture = Image.new("RGBA", size, (*_ink(own), 0))
-        if dress.kind == "rings":
-            _rings(_Pen(picture, scale), sheet, dress, own)
-        elif dress.kind in _PAINTERS and not is_round:
-            _PAINTERS[dress.kind](_Pen(picture, scale), sheet, sheets, dress, own)
-        elif dress.kind and dress.kind not in _PAINTERS:
-            picture = _cut(dress, sheet, sheets, own, size)
-        if dress.text and dress.kind != "book":
-            _write(picture, sheet, sheets, dress, own)
+        if decoration.kind == "rings":
+            _rings(_Pen(picture, scale), sheet, decoration, own)
+        elif decoration.kind in _PAINTERS and not is_round:
+            _PAINTERS[decoration.kind](_Pen(picture, scale), sheet, sheets, decoration, own)
+        elif decoration.kind and decoration.kind not in _PAINTERS:
+            picture = _cut(decoration, sheet, sheets, own, size)
+        if decoration.text and decoration.kind != "book":
+            _write(picture, sheet, sheets, decoration, own)
         whole.paste(picture, (round(x * scale), whole.height - size[1]))
     return np.asarray(whole, float) / 255
 
@@ -105,7 +105,7 @@ class _Pen:
         self.picture.alpha_composite(layer)
 
 
-def _cut(dress: Dress, sheet: Sheet, sheets: list[Sheet], own: Any, size: tuple[int, int]) -> Any:
+def _cut(decoration: Decoration, sheet: Sheet, sheets: list[Sheet], own: Any, size: tuple[int, int]) -> Any:
     """Return a sheet covered with a repeating pattern."""
     from PIL import Image
 
@@ -115,27 +115,27 @@ def _cut(dress: Dress, sheet: Sheet, sheets: list[Sheet], own: Any, size: tuple[
     across = sheets[0].width / np.pi if is_round else 0.0
     box = np.array([across] * 3) if is_round else np.sort(np.unique(np.round(extents[extents > 0], 6)))
     box = box if len(box) >= 3 else np.resize(box, 3)
-    length = dress.size or size_for(dress.kind, box, is_round=is_round)
-    made = tile(dress.kind, dress.color, own, joints=not is_round)
-    fu, fv = fitted(dress.kind, length, sheet.width, sheet.height)
+    length = decoration.size or size_for(decoration.kind, box, is_round=is_round)
+    made = tile(decoration.kind, decoration.color, own, joints=not is_round)
+    fu, fv = fitted(decoration.kind, length, sheet.width, sheet.height)
     rows, columns = made.picture.shape[:2]
     u = (np.arange(size[0]) + 0.5) / size[0] * sheet.width * fu / length / made.period[0] % 1
     v = (np.arange(size[1])[::-1] + 0.5) / size[1] * sheet.height * fv / length / made.period[1] % 1
-    if dress.turned:
+    if decoration.turned:
         u, v = v, u
     chosen = made.picture[(v * rows).astype(int)[:, None], (u * columns).astype(int)[None]]
-    if dress.turned:
+    if decoration.turned:
         chosen = chosen.swapaxes(0, 1)
     return Image.fromarray((chosen * 255 + 0.5).astype(np.uint8), "RGBA")
 
 
-def _carton(pen: _Pen, sheet: Sheet, sheets: list[Sheet], dress: Dress, own: Any) -> None:
+def _carton(pen: _Pen, sheet: Sheet, sheets: list[Sheet], decoration: Decoration, own: Any) -> None:
     w, h, low = sheet.width, sheet.height, min(sheet.width, sheet.height)
     edge = 0.012 * max(w, h)
     for x0, y0, x1, y1 in ((0, 0, w, edge), (0, h - edge, w, h), (0, 0, edge, h), (w - edge, 0, w, h)):
         pen.box(x0, y0, x1, y1, PRINT, 0.22)
     top = next(one for one in sheets if one.name == "+z")
-    along_x, color = top.width >= top.height, dress.color or TAPE
+    along_x, color = top.width >= top.height, decoration.color or TAPE
     tape = 0.17 * min(top.width, top.height)
     if sheet.name in ("+z", "-z"):
         seam = 0.006 * low
@@ -175,9 +175,9 @@ def _address(pen: _Pen, x: float, y: float, wide: float, tall: float) -> None:
         pen.box(a, y + 0.08 * tall, a + wide * (0.02 + 0.018 * (bar * 7 % 3)), y + 0.4 * tall, INK, 0.9)
 
 
-def _crate(pen: _Pen, sheet: Sheet, sheets: list[Sheet], dress: Dress, own: Any) -> None:
+def _crate(pen: _Pen, sheet: Sheet, sheets: list[Sheet], decoration: Decoration, own: Any) -> None:
     w, h, low = sheet.width, sheet.height, min(sheet.width, sheet.height)
-    frame = min(0.15 * low, dress.size or low)
+    frame = min(0.15 * low, decoration.size or low)
     many = max(3, round((w - 2 * frame) / (1.25 * frame)))
     chance = np.random.default_rng(sum(sheet.name.encode()))
     board = (w - 2 * frame) / many
@@ -196,7 +196,7 @@ def _crate(pen: _Pen, sheet: Sheet, sheets: list[Sheet], dress: Dress, own: Any)
     sides = ((0, h - frame, w, h), (0, 0, w, frame), (0, frame, frame, h - frame), (w - frame, frame, w, h - frame))
     line = 0.05 * frame
     for (x0, y0, x1, y1), tone in zip(sides, tones, strict=True):
-        pen.box(x0, y0, x1, y1, dress.color or (0, 0, 0), 1.0 if dress.color else float(tone))
+        pen.box(x0, y0, x1, y1, decoration.color or (0, 0, 0), 1.0 if decoration.color else float(tone))
         wide = x1 - x0 > y1 - y0
         for k in range(1, 5):
             a = k / 5 + 0.06 * chance.uniform(-1, 1)
@@ -213,11 +213,11 @@ def _crate(pen: _Pen, sheet: Sheet, sheets: list[Sheet], dress: Dress, own: Any)
             pen.disc(x, y, 0.07 * frame, INK, 0.8)
 
 
-def _book(pen: _Pen, sheet: Sheet, sheets: list[Sheet], dress: Dress, own: Any) -> None:
+def _book(pen: _Pen, sheet: Sheet, sheets: list[Sheet], decoration: Decoration, own: Any) -> None:
     w, h = sheet.width, sheet.height
     sizes = {"x": sheets[2].width, "y": sheets[0].width, "z": sheets[0].height}
     thin, middle, _ = sorted("xyz", key=lambda axis: sizes[axis])
-    ink = dress.ink or (0.85, 0.72, 0.4)
+    ink = decoration.ink or (0.85, 0.72, 0.4)
     if sheet.name[1] == thin or sheet.name == f"-{middle}":  # covers, and the spine
         b = 0.07 * min(w, h)
         for d in (b, 1.5 * b):
@@ -226,8 +226,8 @@ def _book(pen: _Pen, sheet: Sheet, sheets: list[Sheet], dress: Dress, own: Any) 
                 (d, d, d + 0.12 * b, h - d), (w - d - 0.12 * b, d, w - d, h - d),
             ):  # fmt: skip
                 pen.box(x0, y0, x1, y1, ink, 0.9)
-        if dress.text:
-            _fit(pen.picture, dress.text, ink, (0.72, 0.3), at=(0.5, 0.36), upended=h > 2.5 * w, plate=None)
+        if decoration.text:
+            _fit(pen.picture, decoration.text, ink, (0.72, 0.3), at=(0.5, 0.36), upended=h > 2.5 * w, plate=None)
         return
     cover = min(0.14 * sizes[thin], 0.004)
     is_wide = _right(sheet) == thin
@@ -245,9 +245,9 @@ def _right(sheet: Sheet) -> str:
     return {"x": "y", "y": "x", "z": "x"}[sheet.name[1]]
 
 
-def _pips(pen: _Pen, sheet: Sheet, sheets: list[Sheet], dress: Dress, own: Any) -> None:
+def _pips(pen: _Pen, sheet: Sheet, sheets: list[Sheet], decoration: Decoration, own: Any) -> None:
     w, h = sheet.width, sheet.height
-    color, largest = dress.color or contrast(own), max(one.width * one.height for one in sheets)
+    color, largest = decoration.color or contrast(own), max(one.width * one.height for one in sheets)
     if w * h < 0.6 * largest:
         return
     if 0.8 < w / h < 1.25:
@@ -263,11 +263,11 @@ def _pips(pen: _Pen, sheet: Sheet, sheets: list[Sheet], dress: Dress, own: Any) 
             pen.disc(x + 0.52 * a * cell, y + 0.52 * b * cell, 0.2 * cell, color)
 
 
-def _rings(pen: _Pen, sheet: Sheet, dress: Dress, own: Any) -> None:
+def _rings(pen: _Pen, sheet: Sheet, decoration: Decoration, own: Any) -> None:
     """Draw the sawn end of a trunk within a rim of bark: rings about a pith beside the middle, and cracks."""
     if sheet.name not in ("top", "bottom"):
         return
-    r, pale = sheet.width / 2, np.array(dress.color or TIMBER)
+    r, pale = sheet.width / 2, np.array(decoration.color or TIMBER)
     chance = np.random.default_rng(7 if sheet.name == "top" else 8)
     x, y = r * (1 + chance.uniform(-0.12, 0.12, 2))
     pen.disc(r, r, BARK_SHARE * r, pale)
@@ -285,25 +285,27 @@ def _rings(pen: _Pen, sheet: Sheet, dress: Dress, own: Any) -> None:
         pen.polygon([(x + across[0], y + across[1]), tuple(tip), (x - across[0], y - across[1])], 0.4 * pale, 0.7)
 
 
-def _write(picture: Any, sheet: Sheet, sheets: list[Sheet], dress: Dress, own: Any) -> None:
+def _write(picture: Any, sheet: Sheet, sheets: list[Sheet], decoration: Decoration, own: Any) -> None:
     """Write the label on a sheet, if the sheet gets one."""
     if sheets[0].name == "side":
         flat = len(sheets) > 1 and sheets[0].height < 0.6 * sheets[1].width
         if (sheet.name == "side") == flat:
             return
         if sheet.name != "side":
-            return _fit(picture, dress.text, _letters(dress, own), (0.62, 0.5), at=(0.5, 0.5), plate=dress.plate)
+            return _fit(
+                picture, decoration.text, _letters(decoration, own), (0.62, 0.5), at=(0.5, 0.5), plate=decoration.plate
+            )
         part = min(0.5 * sheet.height, 0.14 * sheet.width) / sheet.height
         for x in (0.25, 0.75):
-            _fit(picture, dress.text, _letters(dress, own), (0.2, part), at=(x, 0.5), plate=dress.plate)
+            _fit(picture, decoration.text, _letters(decoration, own), (0.2, part), at=(x, 0.5), plate=decoration.plate)
         return None
     if sheet.name != "-z" and sheet.width * sheet.height >= LABELLED * max(one.width * one.height for one in sheets):
-        _fit(picture, dress.text, _letters(dress, own), (0.7, 0.5), at=(0.5, 0.5), plate=dress.plate)
+        _fit(picture, decoration.text, _letters(decoration, own), (0.7, 0.5), at=(0.5, 0.5), plate=decoration.plate)
     return None
 
 
-def _letters(dress: Dress, own: Any) -> Any:
-    return dress.ink or contrast(dress.plate or own)
+def _letters(decoration: Decoration, own: Any) -> Any:
+    return decoration.ink or contrast(decoration.plate or own)
 
 
 def _fit(picture: Any, text: str, ink: Any, room: Any, *, at: Any, plate: Any, upended: bool = False) -> None:

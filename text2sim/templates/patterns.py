@@ -18,8 +18,8 @@ BRIGHT = 0.55
 
 
 @dataclass(frozen=True)
-class Dress:
-    """Pattern and label of a surface; equal dresses share their pictures."""
+class Decoration:
+    """Pattern and label of a surface; equal ones share their pictures."""
 
     kind: str = ""
     """Kind of the pattern; empty if there is none."""
@@ -38,13 +38,13 @@ class Dress:
         return self.kind in TILES and not self.text
 
 
-def dress_in(look: dict) -> Dress | None:
+def decoration_in(look: dict) -> Decoration | None:
     """Return the pattern and label of a look in `looks.json`; None if it has neither."""
     pattern, label = look.get("pattern"), look.get("label")
     if not pattern and not label:
         return None
     found: dict = dict(pattern or {}) | dict(label or {})
-    return Dress(**{key: tuple(value) if isinstance(value, list) else value for key, value in found.items()})
+    return Decoration(**{key: tuple(value) if isinstance(value, list) else value for key, value in found.items()})
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 QUATERNION_AT = {"free": 3, "ball": 0}  # offset of the quaternion in the joint's slice of qpos
 # 26 directions; the outermost points of a body along them stand for its extent.
-WAYS = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], float)
+DIRECTIONS = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], float)
 AWAY = np.array([0.0, 0.0, -1e5])
 """Position of removed bodies [m], out of sight of any camera."""
 TRACKED = 48
@@ -131,11 +131,11 @@ class States:
         """Bounding boxes of bodies, named as in `bounds`."""
         geometry = self._out / "geometry"
         path = geometry / "index.json"
-        worn = json.loads(path.read_text()) if path.is_file() else {}
+        pieces = json.loads(path.read_text()) if path.is_file() else {}
         names, rows, ends = [], [], {}
         for i, link in enumerate(self.layout["links"]):
             if any(_means(name, link["body"], link["link"]) for name in bodies):
-                for row in worn.get(str(i), ()):
+                for row in pieces.get(str(i), ()):
                     if row["mesh"] not in ends:
                         with np.load(geometry / row["mesh"]) as mesh:
                             ends[row["mesh"]] = mesh["vertices"].min(axis=0), mesh["vertices"].max(axis=0)
@@ -152,8 +152,8 @@ class States:
                 color = painted.get(row["body"], (0.5, 0.5, 0.5))[:3]
                 rows.append([-1 - k, *(0.0,) * 6, 1.0, 0.0, 0.0, 0.0, *color, row["kind"] != "cloth"])
         found = np.array(rows, float).reshape(-1, 15)
-        ways = np.split(found, (1, 4, 7, 11, 14), axis=1)
-        return Boxes(names, ways[0][:, 0].astype(int), *ways[1:5], ways[5][:, 0] > 0)
+        columns = np.split(found, (1, 4, 7, 11, 14), axis=1)
+        return Boxes(names, columns[0][:, 0].astype(int), *columns[1:5], columns[5][:, 0] > 0)
 
     def placed(self, boxes: Boxes, t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Centres [m], (n, 3), axes as columns, (n, 3, 3), and half sizes [m], (n, 3), of boxes at time `t` [s]."""
@@ -187,12 +187,12 @@ class States:
         """Link index and position in the link's frame of each outermost point, and rows of deformable bodies."""
         geometry = self._out / "geometry"
         path = geometry / "index.json"
-        worn = json.loads(path.read_text()) if path.is_file() else {}
+        pieces = json.loads(path.read_text()) if path.is_file() else {}
         links, points, outer = [np.zeros(0, int)], [np.zeros((0, 3))], {}
         for i, link in enumerate(self.layout["links"]):
             if not any(_means(name, link["body"], link["link"]) for name in bodies):
                 continue
-            for row in worn.get(str(i), ()):
+            for row in pieces.get(str(i), ()):
                 if row["mesh"] not in outer:
                     with np.load(geometry / row["mesh"]) as mesh:
                         outer[row["mesh"]] = outermost(mesh["vertices"].astype(float))
@@ -218,7 +218,7 @@ def read_removed(states: Path) -> dict[str, float]:
 
 def outermost(points: np.ndarray) -> np.ndarray:
     """Return the points that are outermost along 26 directions, shape (n, 3)."""
-    return points[np.unique((points @ WAYS.T).argmax(axis=0))] if len(points) else points
+    return points[np.unique((points @ DIRECTIONS.T).argmax(axis=0))] if len(points) else points
 
 
 def slerp(a: np.ndarray, b: np.ndarray, w: float) -> np.ndarray:

@@ -19,7 +19,7 @@ class Shell:
         faces: Shape (f, 3).
 
     Attributes:
-        worn: Index of the vertex behind each drawn one, shape (m,).
+        sources: Index of the vertex behind each drawn one, shape (m,).
         faces: Triangles as indices of drawn vertices, shape (f, 3).
     """
 
@@ -30,15 +30,15 @@ class Shell:
         side = _sides(vertices, faces, places)
         corners = np.stack([faces.ravel(), np.repeat(side, 3)], axis=1)
         drawn, first, own = np.unique(corners, axis=0, return_index=True, return_inverse=True)
-        self.worn, self.faces = drawn[:, 0], own.reshape(-1, 3).astype(np.int32)
+        self.sources, self.faces = drawn[:, 0], own.reshape(-1, 3).astype(np.int32)
         spots = np.stack([places.ravel(), np.repeat(side, 3)], axis=1)
         _, spots = np.unique(spots, axis=0, return_inverse=True)
         self._corner_spot, self._drawn_spot = spots.ravel(), spots.ravel()[first]
 
     def normals(self, vertices: np.ndarray) -> np.ndarray:
         """Returns unit normals of the drawn vertices, shape (m, 3), for vertices in these places [m], shape (n, 3)."""
-        triangles = vertices[self.worn][self.faces]
-        return smooth_normals(triangles, self._corner_spot, len(self.worn))[self._drawn_spot]
+        triangles = vertices[self.sources][self.faces]
+        return smooth_normals(triangles, self._corner_spot, len(self.sources))[self._drawn_spot]
 
     def whole(self, vertices: np.ndarray, gap: float) -> np.ndarray:
         """Returns which triangles have no edge that is longer than at rest by `gap` [m], shape (f,).
@@ -48,7 +48,7 @@ class Shell:
         return (_lengths(vertices, self._own) < self._rest + gap).all(axis=1)
 
 
-def parts_worn(regions: Path, vertices: np.ndarray, faces: np.ndarray, pos, quat) -> np.ndarray:
+def part_of_triangles(regions: Path, vertices: np.ndarray, faces: np.ndarray, pos, quat) -> np.ndarray:
     """Returns the index of the part whose look each triangle has, shape (f,); -1 stands for the body's own look.
 
     Args:

@@ -221,11 +221,14 @@ class _Body:
         density = self.entity.material.rho * 2 * self.entity.material.thickness
         shares = density * np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6
         self.masses = np.bincount(self.topology["faces"].ravel(), np.repeat(shares, 3), len(self.masses))
-        (worn,) = self.entity.vgeoms
-        if worn.uvs is not None:
-            follows = np.asarray(worn.sim_verts_idx)[:, None]
+        (shape,) = self.entity.vgeoms
+        if shape.uvs is not None:
+            follows = np.asarray(shape.sim_verts_idx)[:, None]
             self.skin = Skin(follows, np.ones(follows.shape))
-            self.topology |= {"faces": np.asarray(worn.vmesh.faces, np.int32), "uvs": np.asarray(worn.uvs, np.float32)}
+            self.topology |= {
+                "faces": np.asarray(shape.vmesh.faces, np.int32),
+                "uvs": np.asarray(shape.uvs, np.float32),
+            }
 
 
 def _fields(scene) -> dict:

@@ -10,7 +10,7 @@ import numpy as np
 from genesis.ext import pyrender
 from genesis.utils.mesh import create_sphere
 from genesis.utils.particle import particles_to_mesh
-from shading import LETS_GO, Shell, enclosed, parts_worn, smooth_normals
+from shading import LETS_GO, Shell, enclosed, part_of_triangles, smooth_normals
 from soft_states import SoftStates
 from streams import flowing
 
@@ -51,7 +51,7 @@ class SoftFilm:
 
     def _make(self) -> list:
         looks = json.loads((self._geometry / "soft_index.json").read_text())
-        self._worn = json.loads((HERE / "looks.json").read_text())
+        self._looks = json.loads((HERE / "looks.json").read_text())
         figures = []
         for k, (row, at_rest) in enumerate(zip(self._states.rows, self._places((0, 0, 0.0)), strict=True)):
             arrays = np.load(self._geometry / f"soft_{k}.npz")
@@ -59,9 +59,9 @@ class SoftFilm:
                 uvs = arrays["uvs"] if "uvs" in arrays else None
                 material = _material(looks[k], self._geometry)
                 figures.append(_Surface(self._scene, row, material, Shell(at_rest, arrays["faces"]), uvs))
-                if (worn := self._worn.get(row["body"], {})).get("regions"):
-                    parts = parts_worn(HERE / worn["regions"], at_rest, arrays["faces"], row["pos"], row["quat"])
-                    figures[-1].wear([worn, *(part or worn for part in worn["parts"])], parts)
+                if (look := self._looks.get(row["body"], {})).get("regions"):
+                    parts = part_of_triangles(HERE / look["regions"], at_rest, arrays["faces"], row["pos"], row["quat"])
+                    figures[-1].wear([look, *(part or look for part in look["parts"])], parts)
             else:
                 figures.append((_Liquid if row["kind"] == "liquid" else _Grains)(self._scene, row, looks[k]))
                 if row.get("stream"):
@@ -121,15 +121,15 @@ class _Surface(_Figure):
         self._whole = np.ones(len(shell.faces), bool)
 
     def wear(self, looks: list[dict], parts: np.ndarray) -> None:
-        """Gives each vertex the color of its part; `looks[0]` is that of the body, `parts` are as from `parts_worn`."""
+        """Gives each vertex the color of its part; `looks[0]` is the body's, `parts` come from `part_of_triangles`."""
         colors = np.array([[*look["color"], look["opacity"]] for look in looks], np.float32)
-        self._colors = np.empty((len(self._shell.worn), 4), np.float32)
+        self._colors = np.empty((len(self._shell.sources), 4), np.float32)
         self._colors[self._shell.faces] = colors[parts + 1][:, None]
         self._material = _material({"color": [1.0, 1.0, 1.0, float(colors[:, 3].min())]})
 
     def show(self, vertices: np.ndarray) -> None:
         shell = self._shell
-        positions, normals = vertices[shell.worn].astype(np.float32), shell.normals(vertices)
+        positions, normals = vertices[shell.sources].astype(np.float32), shell.normals(vertices)
         whole = shell.whole(vertices, self._gap) if np.isfinite(self._gap) else self._whole
         if (whole != self._whole).any():  # the body tears or heals, so other triangles are drawn
             self.clear()
@@ -137,7 +137,7 @@ class _Surface(_Figure):
         if self._nodes:
             self._update(self._nodes[0], pos=positions, normal=normals)
             return
-        uvs = None if self._uvs is None else self._uvs[shell.worn]
+        uvs = None if self._uvs is None else self._uvs[shell.sources]
         self._add(
             positions=positions,
             normals=normals,

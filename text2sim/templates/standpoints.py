@@ -72,16 +72,16 @@ def best_camera(film: dict, camera: dict, states: Any, times: np.ndarray, tracks
         tried = framed(camera | {"frame": frame | {"direction": direction}}, points, aspect)
         if ground is not None and tried["pos"][2] - ground < LEAST_HEIGHT * math.dist(tried["pos"], tried["look_at"]):
             continue
-        view, way = view_of(tried), np.asarray(direction) / np.linalg.norm(direction)
+        view, toward = view_of(tried), np.asarray(direction) / np.linalg.norm(direction)
         filled = float(np.mean([_filled_share(view, cloud, aspect) for cloud in clouds if len(cloud)]))
-        hidden, contrast = sights.visibility(way, float(np.linalg.norm(view.pos - view.look_at)))
+        hidden, contrast = sights.visibility(toward, float(np.linalg.norm(view.pos - view.look_at)))
         total = (
             FILLED_WEIGHT * filled
             - HIDDEN_WEIGHT * hidden
             + CONTRAST_WEIGHT * contrast
             + MOTION_WEIGHT * _motion_across(displacements, view)
         )
-        total += BROAD_SIDE_WEIGHT * sights.broad(way) - cost
+        total += BROAD_SIDE_WEIGHT * sights.broad(toward) - cost
         if total > best_score:
             best, best_score = tried, total
     return best
@@ -151,11 +151,11 @@ class _Sights:
         self._placed = [states.placed(every, float(t)) for t in chosen]
         self._background = np.asarray(film["background"], float)
 
-    def visibility(self, way: np.ndarray, distance: float) -> tuple[float, float]:
+    def visibility(self, direction: np.ndarray, distance: float) -> tuple[float, float]:
         """Return the hidden share of moving bodies as seen by a camera, and their contrast, each 0 to 1.
 
         Args:
-            way: Unit vector towards the camera.
+            direction: Unit vector towards the camera.
             distance: Distance of the camera [m].
         """
         sampled, hidden, contrasts = self._sampled, [], []
@@ -165,9 +165,9 @@ class _Sights:
         for centers, axes, half in self._placed:
             for spot in np.linspace(-0.7, 0.7, POINTS_PER_BODY):
                 points = centers[sampled] + spot * np.einsum("nij,nj->ni", axes[sampled], half[sampled])
-                ahead = np.where(same | ~self._solid, np.inf, _entry_distances(points, way, centers, axes, half))
+                ahead = np.where(same | ~self._solid, np.inf, _entry_distances(points, direction, centers, axes, half))
                 hidden.append((ahead < distance).any(axis=1))
-                behind = np.where(same, np.inf, _entry_distances(points, -way, centers, axes, half))
+                behind = np.where(same, np.inf, _entry_distances(points, -direction, centers, axes, half))
                 k = behind.argmin(axis=1)
                 nothing = np.isinf(behind[np.arange(len(k)), k])
                 colors = np.where(nothing[:, None], self._background, self._color[k])
@@ -175,11 +175,11 @@ class _Sights:
                 contrasts.append(np.clip(far / MAX_USEFUL_CONTRAST, 0, 1))
         return self._mean(np.mean(hidden, axis=0)), self._mean(np.mean(contrasts, axis=0))
 
-    def broad(self, way: np.ndarray) -> float:
-        """Return how much of their broad sides the bodies show, 0 to 1; `way` points to the camera."""
+    def broad(self, direction: np.ndarray) -> float:
+        """Return how much of their broad sides the bodies show, 0 to 1; `direction` points to the camera."""
         _, axes, half = (array[self._sampled] for array in self._placed[0])
         faces = np.stack([half[:, 1] * half[:, 2], half[:, 0] * half[:, 2], half[:, 0] * half[:, 1]], axis=1)
-        seen = (np.abs(np.einsum("nij,i->nj", axes, way)) * faces).sum(axis=1)
+        seen = (np.abs(np.einsum("nij,i->nj", axes, direction)) * faces).sum(axis=1)
         return self._mean(seen / np.maximum(np.linalg.norm(faces, axis=1), 1e-12)) if len(seen) else 1.0
 
     def _mean(self, values: np.ndarray) -> float:
@@ -191,11 +191,11 @@ class _Sights:
 
 
 def _entry_distances(
-    points: np.ndarray, way: np.ndarray, centers: np.ndarray, axes: np.ndarray, half: np.ndarray
+    points: np.ndarray, direction: np.ndarray, centers: np.ndarray, axes: np.ndarray, half: np.ndarray
 ) -> np.ndarray:
     """Return the distance [m] at which rays from points enter boxes, inf if they miss, shape (points, boxes)."""
     local = np.einsum("pbi,bij->pbj", points[:, None] - centers[None], axes)
-    along = np.einsum("i,bij->bj", way, axes)
+    along = np.einsum("i,bij->bj", direction, axes)
     along = np.where(np.abs(along) < 1e-9, 1e-9, along)
     a, b = (-half - local) / along, (half - local) / along
     first, last = np.minimum(a, b).max(axis=2), np.maximum(a, b).min(axis=2)

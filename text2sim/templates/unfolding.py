@@ -83,9 +83,9 @@ def _boxed(vertices, faces, looks, upright):
             up = np.eye(3)[longest]
         right = np.cross(up, normal)
         mine = sheet == number
-        for way, column in ((right, 0), (up, 1)):
-            corner = np.where(way < 0, low + size, low)
-            uvs[mine, :, column] = (vertices[faces[mine]] - corner) @ way
+        for axis, column in ((right, 0), (up, 1)):
+            corner = np.where(axis < 0, low + size, low)
+            uvs[mine, :, column] = (vertices[faces[mine]] - corner) @ axis
         sheets.append(Sheet("+-"[number % 2] + "xyz"[k], float(np.abs(right) @ size), float(np.abs(up) @ size)))
     return sheet, uvs, sheets
 

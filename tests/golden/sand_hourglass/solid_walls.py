@@ -4,10 +4,12 @@ Genesis 1.4.5 lets them creep into walls and floats: its grid stops nodes, not p
 floats sinks.
 """
 
+import genesis as gs
 import quadrants as qd
 from genesis.engine.solvers.rigid.abd.forward_dynamics import func_vel_at_point
 from genesis.engine.solvers.rigid.abd.misc import func_apply_coupling_force
-from genesis.utils.array_class import GeomsInfo, GeomsState, LinksInfo, LinksState, RigidInfo, SDFInfo
+from genesis.utils import geom as gu
+from genesis.utils.array_class import GeomsInfo, GeomsState, LinksState, RigidInfo, SDFInfo
 from genesis.utils.sdf import sdf_func_normal_world, sdf_func_world
 
 
@@ -27,9 +29,9 @@ def keep_out(entities, every):
         if solver.sim.cur_substep_global % every == 0:
             for first, last in ranges:
                 _move_out(
-                    solver.particles, solver.particles_ng, solver.particles_info, f + 1, first, last, solver.dx / 4,
-                    solver.substep_dt, every, solver._particle_volume_scale, state.geoms, facts.geoms, state.links,
-                    facts.links, collider.sdf.sdf_info, rigid.rigid_info, collider.collider_config,
+                    solver.particles, solver.particles_ng, solver.particles_info, f + 1, first, last, 0.32 * solver.dx,
+                    solver.substep_dt, solver._particle_volume_scale, state.geoms, facts.geoms, state.links,
+                    collider.sdf.sdf_info, rigid.rigid_info, collider.collider_config,
                 )  # fmt: skip
 
     solver.substep_post_coupling = kept
@@ -45,39 +47,63 @@ def _move_out(
     last: qd.i32,
     radius: qd.f32,
     h: qd.f32,
-    every: qd.i32,
     scale: qd.f32,
     geoms_state: GeomsState,
     geoms_info: GeomsInfo,
     links_state: LinksState,
-    links_info: LinksInfo,
     sdf_info: SDFInfo,
     rigid_info: RigidInfo,
     collider_static_config: qd.template(),
 ):
-    """Move particles that are nearer than a particle's radius out along the normal, and stop them there.
+    """Move particles that are nearer than half their distance out along the normal, and stop them there.
 
-    What moves freely is kept two radii away, and given the momentum that moves the particles out until the next time:
-    without it a float sinks on and on.
+    The way out squeezes the layer at the wall, as thick as particles are apart: the deformation gradient learns of it,
+    and pressure keeps the next particles away. Otherwise they pile up there, the level falls and floats sink.
     """
     for i in range(first, last):
         if flags[f, i, 0].active:
             for g in range(geoms_info.needs_coup.shape[0]):
                 if geoms_info.needs_coup[g]:
                     pos, link = particles[f, i, 0].pos, geoms_info.link_idx[g]
-                    fixed = links_info.is_fixed[link]
-                    reach = radius if fixed else 2.0 * radius
-                    depth = reach - sdf_func_world(g, 0, pos, geoms_state, geoms_info, sdf_info)
+                    depth, normal = 0.0, qd.Vector([0.0, 0.0, 0.0])
+                    if geoms_info.type[g] == gs.GEOM_TYPE.BOX:
+                        distance, normal = _from_box(g, pos, geoms_state, geoms_info)
+                        depth = radius - distance
+                    else:
+                        depth = radius - sdf_func_world(g, 0, pos, geoms_state, geoms_info, sdf_info)
+                        if depth > 0.0:
+                            normal = sdf_func_normal_world(
+                                g, 0, pos, geoms_state, geoms_info, rigid_info, sdf_info, collider_static_config
+                            )
                     if depth > 0.0:
-                        normal = sdf_func_normal_world(
-                            g, 0, pos, geoms_state, geoms_info, rigid_info, sdf_info, collider_static_config
-                        )
                         particles[f, i, 0].pos = pos + depth * normal
+                        squeezed = qd.min(depth / (2.0 * radius), 0.5) * normal.outer_product(normal)
+                        particles[f, i, 0].F -= squeezed @ particles[f, i, 0].F
                         slip = particles[f, i, 0].vel - func_vel_at_point(link, 0, pos, links_state)
                         speed = -slip.dot(normal)
-                        if not fixed:
-                            speed += depth / (every * h)
                         if speed > 0.0:
                             particles[f, i, 0].vel += speed * normal
                             blow = info[i].mass / scale * speed
                             func_apply_coupling_force(link, 0, pos, -blow / h * normal, links_state)
+
+
+@qd.func
+def _from_box(g, pos, geoms_state: GeomsState, geoms_info: GeomsInfo):
+    """Return the signed distance [m] of a point from a box, and the normal of the nearest face, edge or corner.
+
+    The engine looks boxes up in a grid of 128 cells along their longest side, which misses thin plates.
+    """
+    local = gu.qd_inv_transform_by_trans_quat(pos, geoms_state.pos[g, 0], geoms_state.quat[g, 0])
+    data, outer, nearest = geoms_info.data[g], qd.Vector([0.0, 0.0, 0.0]), qd.Vector([0.0, 0.0, 0.0])
+    largest = -1e9
+    for k in qd.static(range(3)):
+        out, side = qd.abs(local[k]) - data[k] / 2, 1.0 if local[k] >= 0.0 else -1.0
+        outer[k] = qd.max(out, 0.0) * side
+        if out > largest:
+            largest, nearest = out, qd.Vector([0.0, 0.0, 0.0])
+            nearest[k] = side
+    distance = largest
+    if largest > 0.0:
+        distance = outer.norm()
+        nearest = outer / distance
+    return distance, gu.qd_transform_by_quat(nearest, geoms_state.quat[g, 0])

@@ -4,7 +4,7 @@ import pytest
 from lint_support import facts_of
 
 from text2sim.compiler.shapes.sculpting import sculpted
-from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.mechanics import Mechanics
 
 WEDGE = """
 bodies:
@@ -24,9 +24,9 @@ bodies:
 
 def test_a_sculpt_has_the_inertia_of_its_surface_not_of_its_parts_that_overlap() -> None:
     facts = facts_of(WEDGE)
-    [joint] = mechanics_of(facts).joints()
+    [joint] = facts.once(Mechanics).joints()
     made = sculpted(joint.copy.shape)
     x, _, z = made.center
     # Steiner: the hinge is at the origin of the shape.
     assert joint.inertia == pytest.approx(joint.mass * (made.inertia[1] / made.volume + x**2 + z**2), rel=1e-9)
-    assert mechanics_of(facts).inertial(joint.copy).center == pytest.approx((x, 0.0, 1.0 + z), abs=1e-4)
+    assert facts.once(Mechanics).inertial(joint.copy).center == pytest.approx((x, 0.0, 1.0 + z), abs=1e-4)

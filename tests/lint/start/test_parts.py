@@ -25,7 +25,7 @@ def boxes(seed: int, count: int) -> list[Bounds]:
 def test_no_pair_is_missed_and_none_comes_twice(count: int) -> None:
     some = boxes(count, count)
     wanted = [(i, j) for i in range(count) for j in range(i + 1, count) if not apart(some[i], some[j])]
-    found = list(near(some))
+    found = list(near(some, 0.0))
     assert len(set(found)) == len(found)
     assert sorted(found) == wanted
 
@@ -36,7 +36,6 @@ def test_boxes_that_touch_are_apart() -> None:
     assert not apart(a, ((0.9, 0.0, 0.0), (2.0, 1.0, 1.0)))
     assert apart(a, ((0.9, 0.0, 0.0), (2.0, 1.0, 1.0)), slack=0.11)
     assert union([a, b]) == ((0.0, 0.0, 0.0), (2.0, 1.0, 1.0))
-    assert union([]) is None
 
 
 def test_a_turned_piece_has_its_exact_box() -> None:
@@ -58,7 +57,7 @@ def test_the_way_out_of_a_hollow_leads_past_every_piece() -> None:
     ring, ball = standing(ring_pieces(0.5, 0.1, 32), 0.0), standing([Piece("sphere", size=(0.05,))], 0.5)
     pairs = [(a, b) for a in ring for b in ball if overlapping(a, b)]
     overlap = overlap_of(ring, ball, pairs, Effort(10_000))
-    best = axes_first(overlap.ways)[0]
+    best = axes_first(overlap.escapes)[0]
     assert best.length == pytest.approx(0.15, abs=0.002)
     assert best.words in AXES.values()
 
@@ -68,13 +67,13 @@ def test_a_way_out_ends_free() -> None:
     rod = standing([Piece("box", size=(1.2, 0.05, 0.05))], 0.1)
     pairs = [(a, b) for a in rod for b in tube if overlapping(a, b)]
     overlap = overlap_of(rod, tube, pairs, Effort(10_000))
-    for way in overlap.ways:
-        shift = tuple((way.length + 1e-5) * c for c in way.direction)
+    for escape in overlap.escapes:
+        shift = tuple((escape.length + 1e-5) * c for c in escape.direction)
         moved = [
             StandingPart(a.piece, tuple(p + s for p, s in zip(a.pos, shift, strict=True)), a.quat, True, None)
             for a in rod
         ]
-        assert not any(overlapping(a, b) for a in moved for b in tube), way
+        assert not any(overlapping(a, b) for a in moved for b in tube), escape
 
 
 def test_thickness_of_hulls() -> None:

@@ -58,7 +58,7 @@ def request_tokens(request: ModelRequest) -> int:
     )
 
 
-class Beginnings:
+class PromptPrefixes:
     """Requests sent to each model so far, to estimate cached prefixes.
 
     An image ends a prefix, so the estimate is a lower bound.

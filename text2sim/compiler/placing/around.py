@@ -78,9 +78,9 @@ def surround(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Ve
         raise PlaceError("a plane has no outside to go around", "around")
     dx, dy, dz = place.offset
     if ringed:
-        there = target.middle()
+        center = target.middle()
         z = lined_up(subject, target, 2, place.alignment(2) or "min")
-        shift = (there[0] - middle[0] + dx, there[1] - middle[1] + dy, z + dz)
+        shift = (center[0] - middle[0] + dx, center[1] - middle[1] + dy, z + dz)
         _check_ring(place, subject, target, shift)
         return shift
     frame = axis_frame(target)
@@ -105,18 +105,18 @@ def _centred(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Ve
     """
     back = quat_conjugate(frame)
     (low, high), (bottom, top) = subject.bounds(frame), target.bounds(frame)
-    mine = [quat_rotate(back, middle), tuple((a + b) / 2 for a, b in zip(low, high, strict=True))]
-    theirs = [tuple((a + b) / 2 for a, b in zip(bottom, top, strict=True))]
+    subject_points = [quat_rotate(back, middle), tuple((a + b) / 2 for a, b in zip(low, high, strict=True))]
+    target_points = [tuple((a + b) / 2 for a, b in zip(bottom, top, strict=True))]
     if len(target.members) == 1:
-        theirs.append(quat_rotate(back, target.members[0].pos))
+        target_points.append(quat_rotate(back, target.members[0].pos))
     end = place.alignment(2) or "center"
     along = (bottom[2] + top[2] - low[2] - high[2]) / 2
     if end != "center":
         along = bottom[2] - low[2] if end == "min" else top[2] - high[2]
     tried: set[tuple[float, float]] = set()
-    for there in theirs:
-        for here in mine:
-            across = (round(there[0] - here[0], 12) + 0.0, round(there[1] - here[1], 12) + 0.0)
+    for target_point in target_points:
+        for here in subject_points:
+            across = (round(target_point[0] - here[0], 12) + 0.0, round(target_point[1] - here[1], 12) + 0.0)
             if across not in tried:
                 tried.add(across)
                 yield quat_rotate(frame, (*across, along))
@@ -136,8 +136,8 @@ def _check_fit(place: Place, subject: PlacedGroup, target: PlacedGroup, shift: V
             raise PlaceError(message, "clearance")
     for k in range(TESTED_DIRECTIONS):
         angle = 2 * math.pi * k / TESTED_DIRECTIONS
-        way = quat_rotate(frame, (math.cos(angle), math.sin(angle), 0.0))
-        if sweep(solids, within, way, start=shift) is None:
+        direction = quat_rotate(frame, (math.cos(angle), math.sin(angle), 0.0))
+        if sweep(solids, within, direction, start=shift) is None:
             raise PlaceError(
                 f"it does not surround `{name}`: it comes off sideways. A hollow shape (a torus, a tube, a "
                 "compound with a hole) goes around by itself, copies with `repeat: {kind: ring}`",
@@ -189,5 +189,5 @@ def _outwards(place: Place, solids: list[Solid], spot: CopySpot, target: PlacedG
     out = (x / norm, y / norm, 0.0) if norm > 1e-9 else X_AXIS
     far = math.dist(*target.bounds()) + math.dist(*target.sizes.of(spot)) + place.clearance
     start = (shift[0] + far * out[0], shift[1] + far * out[1], shift[2])
-    way = sweep(solids, target.solids(), (-out[0], -out[1], 0.0), gap=place.clearance, start=start)
-    return 0.0 if way is None else far - way
+    distance = sweep(solids, target.solids(), (-out[0], -out[1], 0.0), gap=place.clearance, start=start)
+    return 0.0 if distance is None else far - distance

@@ -10,7 +10,7 @@ from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.regions import RegionError, region_middle
 from text2sim.compiler.shapes.rotation import IDENTITY, ORIGIN, Quaternion, Vec, frame_apply
 from text2sim.compiler.shapes.skin import SurfaceSkin, skin_of
-from text2sim.compiler.trees.tree import Tree, TreeLink, tree_links, tree_pieces
+from text2sim.compiler.trees.tree import Tree, tree_links, tree_pieces
 from text2sim.spec_schema.models.regions import BodyRegion
 
 _Standing = list[tuple[Piece, Vec, Quaternion]]
@@ -46,7 +46,7 @@ class BodyPoints:
         tree = self.trees.get(copy.name)
         if tree is None:
             return self._middle(copy.shape, point, [(p, ORIGIN, IDENTITY) for p in pieces(copy.shape, self.folder)])
-        link = _link(tree, part)
+        link = next((link for link in tree.links() if part in (None, link.name)), tree.roots[0])
         return self._middle(link, point, [(geom.piece, ORIGIN, IDENTITY) for geom in link.geoms if geom.touches])
 
     def in_world(self, copy: Copy, part: str | None, region: BodyRegion | None) -> Vec:
@@ -83,7 +83,3 @@ class BodyPoints:
                 self._skins[whole] = skin_of(standing)
             self._middles[key] = region_middle(region, self._skins[whole])
         return self._middles[key]
-
-
-def _link(tree: Tree, part: str | None) -> TreeLink:
-    return next((link for link in tree.links() if part in (None, link.name)), tree.roots[0])

@@ -95,10 +95,10 @@ def footing(
     up = max(range(3), key=lambda k: abs(axes[k][2]))
     signs = _signs(place, axes, up)
     signs[up] = 1 if axes[up][2] > 0 else -1
-    mine, theirs = subject.bounds(frame), target.bounds(frame)
-    wanted = _flush(place, mine, theirs, signs)
+    own, target_bounds = subject.bounds(frame), target.bounds(frame)
+    wanted = _flush(place, own, target_bounds, signs)
     # On top of its uppermost face: right wherever that face is flat, level or not.
-    wanted[up] = theirs[1][up] - mine[0][up] if signs[up] > 0 else theirs[0][up] - mine[1][up]
+    wanted[up] = target_bounds[1][up] - own[0][up] if signs[up] > 0 else target_bounds[0][up] - own[1][up]
     x, y, z = (sum(w * axis[k] for w, axis in zip(wanted, axes, strict=True)) for k in range(3))
     across = [k for k in range(3) if k != up]
     if all(abs(axes[k][2]) < 1e-12 for k in across):
@@ -161,11 +161,11 @@ def slide(place: Place, subject: PlacedGroup, target: PlacedGroup, start: Vec) -
     pushes = _pushes(place, target)
     x, y, z = start
     z += _LIFT + max((gap for _, gap, _ in pushes), default=0.0)
-    for way, gap, key in pushes:
-        far = sweep(subject.solids(), target.solids(), way, gap=max(gap, _WALL_GAP), start=(x, y, z))
+    for direction, gap, key in pushes:
+        far = sweep(subject.solids(), target.solids(), direction, gap=max(gap, _WALL_GAP), start=(x, y, z))
         if far is None:
             raise PlaceError(f"`{place.target}` has no wall on this side", key)
-        x, y = x + far * way[0], y + far * way[1]
+        x, y = x + far * direction[0], y + far * direction[1]
     return (x, y, z)
 
 
@@ -183,9 +183,9 @@ def _pushes(place: Place, target: PlacedGroup) -> list[tuple[Vec, float, str]]:
     found = []
     for side in region.sides:
         axis, sign = SIDES[side]
-        way = vector_times(axes[axis], sign)
-        if abs(way[2]) > 1e-9:
+        direction = vector_times(axes[axis], sign)
+        if abs(direction[2]) > 1e-9:
             message = f"the {side} of `{place.target}` does not point sideways as it lies; leave it out"
             raise PlaceError(message, "at")
-        found.append((way, place.inset, "at"))
+        found.append((direction, place.inset, "at"))
     return found

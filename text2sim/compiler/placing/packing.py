@@ -183,7 +183,7 @@ def _are_separated(p: Vec, rows: Rows, grain: Grain, q: Vec, other_rows: Rows, o
     """
     d = (q[0] - p[0], q[1] - p[1], q[2] - p[2])
     (ha, hb, hc), (ga, gb, gc) = grain.half, other.half
-    mine, theirs = tuple(zip(*rows, strict=True)), tuple(zip(*other_rows, strict=True))
+    own_axes, other_axes = tuple(zip(*rows, strict=True)), tuple(zip(*other_rows, strict=True))
 
     def separates(u: Vec) -> bool:
         ux, uy, uz = u
@@ -191,7 +191,7 @@ def _are_separated(p: Vec, rows: Rows, grain: Grain, q: Vec, other_rows: Rows, o
         if grain.round:
             reach += ha
         else:
-            (a, b, c), (e, f, g), (h, i, j) = mine
+            (a, b, c), (e, f, g), (h, i, j) = own_axes
             reach += (
                 ha * abs(a * ux + b * uy + c * uz)
                 + hb * abs(e * ux + f * uy + g * uz)
@@ -200,7 +200,7 @@ def _are_separated(p: Vec, rows: Rows, grain: Grain, q: Vec, other_rows: Rows, o
         if other.round:
             reach += ga
         else:
-            (a, b, c), (e, f, g), (h, i, j) = theirs
+            (a, b, c), (e, f, g), (h, i, j) = other_axes
             reach += (
                 ga * abs(a * ux + b * uy + c * uz)
                 + gb * abs(e * ux + f * uy + g * uz)
@@ -208,11 +208,11 @@ def _are_separated(p: Vec, rows: Rows, grain: Grain, q: Vec, other_rows: Rows, o
             )
         return abs(d[0] * ux + d[1] * uy + d[2] * uz) >= reach
 
-    for u in (*mine, *theirs):
+    for u in (*own_axes, *other_axes):
         if separates(u):
             return True
-    for ax, ay, az in mine:
-        for bx, by, bz in theirs:
+    for ax, ay, az in own_axes:
+        for bx, by, bz in other_axes:
             cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
             norm = math.sqrt(cx * cx + cy * cy + cz * cz)
             if norm > 1e-9 and separates((cx / norm, cy / norm, cz / norm)):

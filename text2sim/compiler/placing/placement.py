@@ -160,8 +160,8 @@ class _Placer:
                 first = min(range(len(cycle) - 1), key=lambda k: list(entries).index(cycle[k]))
                 cycle = cycle[first:-1] + cycle[:first]
                 name = cycle[0]
-                way = " -> ".join([*cycle, name])
-                message = f"is placed in relation to itself: {way}; give one of them a pose, or place it by another"
+                shown = " -> ".join([*cycle, name])
+                message = f"is placed in relation to itself: {shown}; give one of them a pose, or place it by another"
                 self._report((*entries[name].root, "place"), message, "circular-place")
                 for member in cycle:
                     needs[member] -= set(cycle)

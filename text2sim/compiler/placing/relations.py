@@ -89,8 +89,8 @@ def _blamed(place: Place) -> str:
 
 
 def _shift_over(subject: PlacedGroup, target: PlacedGroup) -> tuple[float, float]:
-    here, there = subject.middle(), target.middle()
-    return there[0] - here[0], there[1] - here[1]
+    here, onto = subject.middle(), target.middle()
+    return onto[0] - here[0], onto[1] - here[1]
 
 
 def _level(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec) -> tuple[float, float]:
@@ -138,15 +138,15 @@ def _height_on(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float
 def _falls_past(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y: float) -> str:
     (low, high), (bottom, top) = subject.bounds(), target.bounds()
     beside = next((k for k, s in enumerate((x, y)) if high[k] + s <= bottom[k] or low[k] + s >= top[k]), None)
-    there = f"`{place.target}` is nowhere under it, and it would fall past"
+    nowhere = f"`{place.target}` is nowhere under it, and it would fall past"
     if beside is None:
         several = "[*]" in (place.target or "")
         hint = "; for one on each, give it a `repeat` with as many copies" if several else ""
-        return f"{there}: it passes through{hint}"
+        return f"{nowhere}: it passes through{hint}"
     s = (x, y)[beside]
-    mine = f"{low[beside] + s:.4g} to {high[beside] + s:.4g}"
+    span = f"{low[beside] + s:.4g} to {high[beside] + s:.4g}"
     its = f"{bottom[beside]:.4g} to {top[beside]:.4g}"
-    return f"{there}: along {'xy'[beside]} it would reach from {mine}, and `{place.target}` reaches from {its}"
+    return f"{nowhere}: along {'xy'[beside]} it would reach from {span}, and `{place.target}` reaches from {its}"
 
 
 def _flat_top(subject: PlacedGroup, target: PlacedGroup, x: float, y: float, gap: float) -> float | None:
@@ -174,8 +174,8 @@ def _drop(subject: PlacedGroup, target: PlacedGroup, x: float, y: float, gap: fl
 
 
 def _fall(subject: PlacedGroup, target: PlacedGroup, start: Vec, gap: float) -> float | None:
-    way = sweep(subject.solids(), target.solids(), _DOWN, gap=gap, start=start)
-    return None if way is None else start[2] - way
+    distance = sweep(subject.solids(), target.solids(), _DOWN, gap=gap, start=start)
+    return None if distance is None else start[2] - distance
 
 
 def _above(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y: float) -> float:

@@ -209,9 +209,9 @@ def _walk(points: Array, count: int, length: float) -> tuple[list[Array], bool]:
             k += 1
         if k + 1 == len(points):
             return [*nodes, points[-1]], True
-        start, way = points[k] - here, points[k + 1] - points[k]
+        start, step = points[k] - here, points[k + 1] - points[k]
         # The larger root s of |start + s way| = length.
-        a, b, c = way @ way, start @ way, start @ start - length**2
-        here = points[k] + (-b + math.sqrt(max(b * b - a * c, 0.0))) / a * way
+        a, b, c = step @ step, start @ step, start @ start - length**2
+        here = points[k] + (-b + math.sqrt(max(b * b - a * c, 0.0))) / a * step
         nodes.append(here)
     return nodes, False

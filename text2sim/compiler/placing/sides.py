@@ -27,15 +27,15 @@ def stand_beside(place: Place, subject: PlacedGroup, target: PlacedGroup) -> Vec
     """
     if target.planes:
         raise PlaceError("a plane has no sides", place.relation)
-    way = _unit(place)
-    axis = next((k for k in (0, 1) if abs(way[k]) == 1.0), None)
+    direction = _unit(place)
+    axis = next((k for k in (0, 1) if abs(direction[k]) == 1.0), None)
     shift = [lined_up(subject, target, k, place.alignment(k) or ("center", "center", "min")[k]) for k in range(3)]
     if axis is not None:
         (low, high), (bottom, top) = subject.bounds(), target.bounds()
         gap = place.clearance
-        shift[axis] = bottom[axis] - high[axis] - gap if way[axis] < 0 else top[axis] - low[axis] + gap
+        shift[axis] = bottom[axis] - high[axis] - gap if direction[axis] < 0 else top[axis] - low[axis] + gap
         return (shift[0], shift[1], shift[2])
-    frame = quat_from_yaw(math.atan2(way[1], way[0]))
+    frame = quat_from_yaw(math.atan2(direction[1], direction[0]))
     (low, high), (bottom, top) = subject.bounds(frame), target.bounds(frame)
     along = top[0] - low[0] + place.clearance
     across = (bottom[1] + top[1] - low[1] - high[1]) / 2
@@ -73,12 +73,12 @@ def touch(place: Place, subject: PlacedGroup, target: PlacedGroup) -> Vec:
     """
     d = _unit(place)
     here = subject.middle()
-    there = region_point(target, place.at) if isinstance(place.at, BodyRegion) else target.middle()
+    aim = region_point(target, place.at) if isinstance(place.at, BodyRegion) else target.middle()
     if not target.members and place.align is not None:
         raise PlaceError("a plane has no ends to align with", "align")
     # So far apart that the balls around the two do not overlap.
     far = place.clearance + sum(math.dist(*group.bounds()) / 2 for group in (subject, target) if group.members) * 1.01
-    far += math.dist(there, target.middle())
+    far += math.dist(aim, target.middle())
     best = math.inf
     for plane in target.planes:
         n = quat_rotate(plane.quat, Z_AXIS)
@@ -87,7 +87,7 @@ def touch(place: Place, subject: PlacedGroup, target: PlacedGroup) -> Vec:
             raise PlaceError("it cannot touch the plane from this side", "direction")
         low = subject.lowest(n) - vector_dot(n, here)
         best = min(best, far - (place.clearance - low) / closing)
-    start = [t - h + far * c for t, h, c in zip(there, here, d, strict=True)]
+    start = [t - h + far * c for t, h, c in zip(aim, here, d, strict=True)]
     for k in range(3):
         end = place.alignment(k)
         if end is not None:
@@ -95,8 +95,8 @@ def touch(place: Place, subject: PlacedGroup, target: PlacedGroup) -> Vec:
     x, y, z = start
     if target.members:
         backwards = (-d[0], -d[1], -d[2])
-        way = sweep(subject.solids(), target.solids(), backwards, gap=place.clearance, start=(x, y, z))
-        best = min(best, math.inf if way is None else way)
+        distance = sweep(subject.solids(), target.solids(), backwards, gap=place.clearance, start=(x, y, z))
+        best = min(best, math.inf if distance is None else distance)
     if best == math.inf:
         raise PlaceError(f"it passes `{place.target}` without touching it", "touching")
     return (x - best * d[0], y - best * d[1], z - best * d[2])

@@ -33,14 +33,9 @@ def swept(box: Bounds, displacements: Bounds) -> Bounds:
     return (a + x, b + y, c + z), (d + u, e + v, f + w)
 
 
-def union(boxes: Iterable[Bounds]) -> Bounds | None:
-    """Return the smallest box around boxes; None if there are none."""
-    boxes = list(boxes)
-    if not boxes:
-        return None
-    low = tuple(min(low[k] for low, _ in boxes) for k in range(3))
-    high = tuple(max(high[k] for _, high in boxes) for k in range(3))
-    return low, high  # type: ignore[return-value]
+def union(boxes: Iterable[Bounds]) -> Bounds:
+    """Return the smallest box around one or more boxes."""
+    return around(corner for box in boxes for corner in box)
 
 
 def apart(a: Bounds, b: Bounds, slack: float = 0.0) -> bool:

@@ -3,17 +3,12 @@
 from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from text2sim.assets.answer_cache import cached_answer
 from text2sim.assets.confined import call_confined
 from text2sim.compiler.shapes.meshfile import MeshFile, errors_about, mesh_path
 from text2sim.compiler.shapes.meshpaint import MeshPaint, read_mesh_and_paint
 from text2sim.spec_schema.errors import AssetError
-
-# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
-if TYPE_CHECKING:
-    pass
 
 SINGLE_FILE_SUFFIXES = (".obj", ".stl", ".ply")
 """Files whose shape needs no others."""

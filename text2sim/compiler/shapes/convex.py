@@ -55,7 +55,7 @@ def convex_pieces(
                         own = bits[k * len(placed.form.bits) : (k + 1) * len(placed.form.bits)]
                         near = np.minimum.reduce([bit.distance(inside) for bit in own])
                         kept = np.concatenate([kept, inside[near < cell / 2]])
-                if _solid(kept):
+                if len(kept) > 3 and np.linalg.matrix_rank(kept - kept[0], tol=1e-9) == 3:
                     row.append(kept)
             rows.append(row)
     low, high = vertices.min(0), vertices.max(0)
@@ -67,10 +67,6 @@ def convex_pieces(
             break
         off *= 1.6
     return found or [_corners(vertices)]
-
-
-def _solid(points: Array) -> bool:
-    return len(points) > 3 and np.linalg.matrix_rank(points - points[0], tol=1e-9) == 3
 
 
 def _join_neighbours(row: list[Array], field: Callable[[Array], Array], off: float) -> list[Array]:

@@ -89,17 +89,17 @@ def field_of(vertices: "np.ndarray", faces: "np.ndarray", cell: float | None) ->
     longest, wall = max(a, b, c), wall_of(vertices, faces)
     if cell is None:
         cell = min(max(wall / 2, longest / (MAX_NODES - 1)), longest / (MIN_NODES - 1))
-    made = DistanceField(cell, (a, b, c), wall)
-    if math.prod(made.nodes) > MOST_NODES:
+    field = DistanceField(cell, (a, b, c), wall)
+    if math.prod(field.nodes) > MOST_NODES:
         least = max((a * b * c / MOST_NODES) ** (1 / 3), cell)
         while math.prod(DistanceField(least, (a, b, c), wall).nodes) > MOST_NODES:
             least *= 1.02
-        x, y, z = made.nodes
+        x, y, z = field.nodes
         raise AssetError(
             f"with a `cell` of {cell:.3g} m needs a field of {x:,} x {y:,} x {z:,} nodes, and {MOST_NODES:,} are "
             f"possible: take {rounded_up(least):g} m or more"
         )
-    return made
+    return field
 
 
 def rounded_up(value: float) -> float:
@@ -135,21 +135,21 @@ def _wall(vertices: "np.ndarray", faces: "np.ndarray") -> float:
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     sound = np.flatnonzero(area > 1e-12 * size**2)
     chosen = sound[:: max(1, len(sound) // WALL_RAYS)]
-    ways = -normal[chosen] / area[chosen, None]
+    directions = -normal[chosen] / area[chosen, None]
     skin = 1e-4 * size
-    starts = corners[chosen].mean(axis=1) + skin * ways
+    starts = corners[chosen].mean(axis=1) + skin * directions
     found = np.full(len(chosen), np.inf)
     block = max(1, MAX_TESTED_PAIRS // len(faces))
     for first in range(0, len(chosen), block):
-        way, start = ways[first : first + block, None], starts[first : first + block, None]
+        direction, start = directions[first : first + block, None], starts[first : first + block, None]
         # Möller and Trumbore 1997.
-        across = np.cross(way, v)
+        across = np.cross(direction, v)
         volume = np.einsum("rij,ij->ri", across, u)
         with np.errstate(divide="ignore", invalid="ignore"):
             away = start - a
             p = np.einsum("rij,rij->ri", away, across) / volume
             over = np.cross(away, u)
-            q = np.einsum("rkj,rij->ri", way, over) / volume
+            q = np.einsum("rkj,rij->ri", direction, over) / volume
             far = np.einsum("rij,ij->ri", over, v) / volume
             hit = (p >= -1e-9) & (q >= -1e-9) & (p + q <= 1 + 1e-9) & (far > skin)
         found[first : first + block] = np.where(hit, far + skin, np.inf).min(axis=1)

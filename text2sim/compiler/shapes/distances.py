@@ -11,13 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from text2sim.spec_schema.models.sculpts import (
-    SculptBox,
-    SculptEllipsoid,
-    SculptLimb,
-    SculptLoft,
-    SculptRevolve,
-)
+from text2sim.spec_schema.models.sculpts import SculptBox, SculptEllipsoid, SculptLimb, SculptLoft, SculptRevolve
 
 Array = np.ndarray
 PIECES_PER_SPAN = 4
@@ -177,14 +171,14 @@ def round_cone(p: Array, a: Array, b: Array, r: float, s: float) -> Array:
         r: Radius of the first ball [m].
         s: Radius of the second ball [m].
     """
-    way, away = b - a, p - a
-    square, fall = float(way @ way), r - s
+    axis, away = b - a, p - a
+    square, fall = float(axis @ axis), r - s
     room = square - fall * fall
     if room <= 0:  # one ball holds the other
         return np.linalg.norm(away, axis=1) - r if r > s else np.linalg.norm(p - b, axis=1) - s
-    y = away @ way
+    y = away @ axis
     z = y - square
-    across = away * square - y[:, None] * way
+    across = away * square - y[:, None] * axis
     x2 = np.einsum("ij,ij->i", across, across)
     y2, z2 = y * y * square, z * z * square
     k = math.copysign(1.0, fall) * fall * fall * x2
@@ -240,13 +234,13 @@ def _polygon(p: Array, ring: Array) -> Array:
     """Return the signed distance of points (n, 2) from a polygon, by the even-odd rule."""
     best, inside = np.full(len(p), np.inf), np.zeros(len(p), bool)
     for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
-        way, away = b - a, p - a
-        square = float(way @ way)
+        edge, away = b - a, p - a
+        square = float(edge @ edge)
         if square > 0:
-            t = np.clip(away @ way / square, 0, 1)
-            best = np.minimum(best, np.linalg.norm(away - t[:, None] * way, axis=1))
+            t = np.clip(away @ edge / square, 0, 1)
+            best = np.minimum(best, np.linalg.norm(away - t[:, None] * edge, axis=1))
         above, ahead = p[:, 1] >= a[1], p[:, 1] >= b[1]
-        left = way[0] * away[:, 1] > way[1] * away[:, 0]
+        left = edge[0] * away[:, 1] > edge[1] * away[:, 0]
         inside ^= (above & ~ahead & ~left) | (~above & ahead & left)
     return np.where(inside, -best, best)
 

@@ -102,7 +102,7 @@ def net_of(polygon: Polygon, edge: float) -> tuple[np.ndarray, np.ndarray, list[
         net = np.where(area[:, None] < 0, net[:, ::-1], net)
         middle = (a + b + c) / 3
         net = net[shapely.contains_xy(polygon, middle[:, 0], middle[:, 1]) & (np.abs(area) > 1e-9 * edge**2)]
-        present = _edges(net, len(points))
+        present = np.concatenate([net[:, k].astype(np.int64) * len(points) + net[:, (k + 1) % 3] for k in range(3)])
         first, done, missing = 0, [], []
         for ring in rings:
             index = np.arange(len(ring)) + first
@@ -116,11 +116,6 @@ def net_of(polygon: Polygon, edge: float) -> tuple[np.ndarray, np.ndarray, list[
             return points, net, done
         rings = [_halved(ring, lacks) for ring, lacks in zip(rings, missing, strict=True)]
     raise AssetError("has a part that is too thin to be cut into triangles")
-
-
-def _edges(net: np.ndarray, count: int) -> np.ndarray:
-    """Return keys of the directed edges of triangles."""
-    return np.concatenate([net[:, k].astype(np.int64) * count + net[:, (k + 1) % 3] for k in range(3)])
 
 
 def _divided(ring: np.ndarray, edge: float) -> np.ndarray:

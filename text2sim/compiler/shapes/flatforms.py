@@ -84,18 +84,18 @@ def _caps(polygon: Polygon, half: float) -> list[tuple[np.ndarray, np.ndarray, n
     flat, index = np.unique(corners, axis=0, return_inverse=True)
     net = index.reshape(-1, 3)
     found = []
-    for way in (-1.0, 1.0):
-        places = np.column_stack([flat[:, 0], np.full(len(flat), way * half), flat[:, 1]])
-        found.append((places, np.tile((0.0, way, 0.0), (len(flat), 1)), net if way < 0 else net[:, ::-1]))
+    for side in (-1.0, 1.0):
+        places = np.column_stack([flat[:, 0], np.full(len(flat), side * half), flat[:, 1]])
+        found.append((places, np.tile((0.0, side, 0.0), (len(flat), 1)), net if side < 0 else net[:, ::-1]))
     return found
 
 
 def _walls(ring: np.ndarray, half: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the wall along an outline with the solid on its left; it is smooth where the outline turns little."""
     ahead = np.roll(ring, -1, axis=0)
-    way = ahead - ring
-    way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)
-    own = np.stack([way[:, 1], -way[:, 0]], axis=1)  # outwards, of the edge from k to k + 1
+    edge = ahead - ring
+    edge /= np.maximum(np.linalg.norm(edge, axis=1, keepdims=True), 1e-300)
+    own = np.stack([edge[:, 1], -edge[:, 0]], axis=1)  # outwards, of the edge from k to k + 1
     before = np.roll(own, 1, axis=0)
     mean = own + before
     mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-9)

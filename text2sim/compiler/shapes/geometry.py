@@ -10,14 +10,7 @@ from text2sim.compiler.shapes.distance_field import field_of
 from text2sim.compiler.shapes.hulls import corners_and_sides
 from text2sim.compiler.shapes.meshfile import errors_about
 from text2sim.compiler.shapes.piece import Piece, cone_piece, ring_pieces, wall_pieces, wall_radii
-from text2sim.compiler.shapes.rotation import (
-    Z_AXIS,
-    quat_between,
-    quat_of,
-    quat_rotate,
-    vector_times,
-    vector_unit,
-)
+from text2sim.compiler.shapes.rotation import Z_AXIS, quat_between, quat_of, quat_rotate, vector_times, vector_unit
 from text2sim.compiler.shapes.sagging import disc_pieces, sheet_pieces, sleeve_pieces
 from text2sim.compiler.shapes.sculpting import pieces_of, sculpted
 from text2sim.compiler.shapes.surface import Drawn, VisualMesh, surface
@@ -132,9 +125,9 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
 
 def _stream_piece(stream: Stream) -> Piece:
     """Return what just comes out of a mouth, by half of its radius."""
-    way, long = vector_unit(stream.direction), stream.radius / 2
-    turned = quat_between(Z_AXIS, way)
-    return Piece("cylinder", pos=vector_times(way, long / 2), quat=turned, size=(stream.radius, long))
+    direction, long = vector_unit(stream.direction), stream.radius / 2
+    turned = quat_between(Z_AXIS, direction)
+    return Piece("cylinder", pos=vector_times(direction, long / 2), quat=turned, size=(stream.radius, long))
 
 
 def _faceted_piece(shape: Faceted) -> Piece:

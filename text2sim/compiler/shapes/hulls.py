@@ -56,10 +56,11 @@ def outward_hull(points: "np.ndarray", options: str | None = None) -> "tuple[np.
     import numpy as np
     from scipy.spatial import ConvexHull
 
+    from text2sim.assets.surface import scaled_normals
+
     hull = ConvexHull(points, qhull_options=options)
     faces = hull.simplices.astype(np.int64)
-    a, b, c = (hull.points[faces[:, k]] for k in range(3))
-    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
+    inward = np.einsum("ij,ij->i", scaled_normals(hull.points[faces]), hull.equations[:, :3]) < 0
     faces[inward] = faces[inward][:, ::-1]
     corners, faces = np.unique(faces, return_inverse=True)
     return corners, faces.reshape(-1, 3)

@@ -196,9 +196,9 @@ def filled(contours: list[list[tuple[float, float]]]) -> "Polygon | MultiPolygon
     rings = [(signed_area(ring), ring) for ring in contours if len(ring) > 2]
     if not rings:
         return Polygon()
-    way = max(rings, key=lambda row: abs(row[0]))[0]
-    fills = [make_valid(Polygon(ring)) for area, ring in rings if area * way > 0]
-    holes = [make_valid(Polygon(ring)) for area, ring in rings if area * way < 0]
+    turning = max(rings, key=lambda row: abs(row[0]))[0]
+    fills = [make_valid(Polygon(ring)) for area, ring in rings if area * turning > 0]
+    holes = [make_valid(Polygon(ring)) for area, ring in rings if area * turning < 0]
     return areas(unary_union(fills).difference(unary_union(holes)))
 
 

@@ -72,12 +72,12 @@ class PlacedPart:
             for bit in self.form.bits:
                 ends = np.array([bit.low, bit.high])
                 corners = np.array([ends[[i, j, k], [0, 1, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-                there = (corners @ turn.T + pos) * signs
+                turned = (corners @ turn.T + pos) * signs
 
                 def distance(p: Array, bit=bit, pos=pos, turn=turn, signs=signs) -> Array:
                     return bit.distance((p * signs - pos) @ turn)
 
-                yield Bit(distance, there.min(0), there.max(0))
+                yield Bit(distance, turned.min(0), turned.max(0))
 
     def distance(self, p: Array) -> Array:
         """Return the distances (n,) of points (n, 3)."""
@@ -161,7 +161,7 @@ def grid_of(shape: Sculpt, parts: list[PlacedPart]) -> LevelSetGrid:
         )
     lost = list(dict.fromkeys(placed.name for placed in parts if placed.form.thin < MIN_CELLS_THROUGH * grid.cell))
     if lost:
-        way = (
+        remedy = (
             f"take a `detail` of {rounded_down(thinnest.form.thin / MIN_CELLS_THROUGH):g} m"
             if shape.detail is not None
             else "make it a body of its own, or the rest smaller"
@@ -170,7 +170,7 @@ def grid_of(shape: Sculpt, parts: list[PlacedPart]) -> LevelSetGrid:
         raise AssetError(
             f"part `{thinnest.name}` is {thinnest.form.thin:.3g} m thick, and the cells of the grid are "
             f"{grid.cell:.3g} m: it would be lost{too and f', as would{too[1:]}'}; make it "
-            f"{rounded_up(MIN_CELLS_THROUGH * grid.cell):g} m or thicker, or {way}"
+            f"{rounded_up(MIN_CELLS_THROUGH * grid.cell):g} m or thicker, or {remedy}"
         )
     return grid
 
@@ -276,7 +276,7 @@ def _sampled(values: Array, grid: LevelSetGrid, p: Array) -> Array:
 def _slopes(values: Array, grid: LevelSetGrid, p: Array) -> Array:
     step = 0.75 * grid.cell
     found = np.stack(
-        [_sampled(values, grid, p + step * way) - _sampled(values, grid, p - step * way) for way in np.eye(3)], 1
+        [_sampled(values, grid, p + step * axis) - _sampled(values, grid, p - step * axis) for axis in np.eye(3)], 1
     )
     return found / np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-12)
 

@@ -69,7 +69,7 @@ def _samples(shape: Compound | Sculpt, folder: Path, step: float) -> "Iterator[t
             yield vertices[faces].mean(axis=1), -1 if drawn.part is None else names.index(drawn.part)
         return
     for name, part in shape.solids.items():
-        made = soft_surface(part.shape, folder, step, coarsen=False)
+        mesh = soft_surface(part.shape, folder, step, coarsen=False)
         turn = np.array(quat_to_rows(quat_of(part.pose))).T
-        centers = made.vertices[made.faces].mean(axis=1) @ turn + np.array(part.pose.pos)
+        centers = mesh.vertices[mesh.faces].mean(axis=1) @ turn + np.array(part.pose.pos)
         yield centers, -1 if part.look is None else names.index(name)

@@ -117,8 +117,8 @@ def check_sides(region: BodyRegion, size: Sequence[float]) -> None:
     flat = FLATNESS * max(size)
     for side in region.sides if region.face is None else ():
         if size[SIDES[side][0]] <= flat:
-            there = [name for name, (k, _) in SIDES.items() if size[k] > flat]
-            raise RegionError(f"it is flat, and has no {side}; it has {', '.join(there)}")
+            sides_there = [name for name, (k, _) in SIDES.items() if size[k] > flat]
+            raise RegionError(f"it is flat, and has no {side}; it has {', '.join(sides_there)}")
 
 
 def check_border(shape: Any, region: BodyRegion) -> None:

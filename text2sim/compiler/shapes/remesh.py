@@ -13,7 +13,7 @@ from text2sim.assets.foreign_files import named_errors
 from text2sim.compiler.memory import ObjectKey
 from text2sim.compiler.shapes.casemesh import SINGLE_FILE_SUFFIXES, load_mesh
 from text2sim.compiler.shapes.meshfile import mesh_path, open_mesh, turn_upright
-from text2sim.compiler.shapes.triangles import MAX_TRIANGLES, check_triangle_count, surface_area
+from text2sim.compiler.shapes.triangles import MAX_TRIANGLES, check_triangle_count, enclosed_volume, surface_area
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.shapes import Mesh
 
@@ -157,9 +157,9 @@ def _remesh(vertices: np.ndarray, faces: np.ndarray, edge: float, count: int) ->
             few = max(round(many / 2 * count / finer**2), 200)
             points, net, *_ = simplify(points.astype(np.float32), net.astype(np.int32), target_count=few)
         points, net = _remeshed(points.astype(float), net, finer * edge / size, feature)
-        made = trimesh.Trimesh(points * size + low, net, process=False)
-        if made.is_volume and abs(made.volume / _volume(vertices, faces) - 1) < MAX_VOLUME_LOSS:
-            return np.asarray(made.vertices), np.asarray(made.faces)
+        mesh = trimesh.Trimesh(points * size + low, net, process=False)
+        if mesh.is_volume and abs(mesh.volume / enclosed_volume(vertices, faces) - 1) < MAX_VOLUME_LOSS:
+            return np.asarray(mesh.vertices), np.asarray(mesh.faces)
     return vertices, faces
 
 
@@ -173,8 +173,8 @@ def _remeshed(vertices: np.ndarray, faces: np.ndarray, edge: float, feature: flo
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertex_matrix=vertices, face_matrix=faces))
     meshes.meshing_isotropic_explicit_remeshing(targetlen=pymeshlab.PureValue(edge), iterations=6, featuredeg=feature)
-    made = meshes.current_mesh()
-    return made.vertex_matrix(), made.face_matrix()
+    mesh = meshes.current_mesh()
+    return mesh.vertex_matrix(), mesh.face_matrix()
 
 
 def _sharpest(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -182,11 +182,6 @@ def _sharpest(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     corners = vertices[faces]
     a, b, c = np.sort(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2), axis=1).T
     return np.arccos(np.clip((b**2 + c**2 - a**2) / np.maximum(2 * b * c, 1e-300), -1, 1))
-
-
-def _volume(vertices: np.ndarray, faces: np.ndarray) -> float:
-    a, b, c = vertices[faces].transpose(1, 0, 2)
-    return float(np.einsum("nk,nk->", a, np.cross(b, c)) / 6)
 
 
 def _places(file: str, folder: Path, vertices: np.ndarray) -> tuple[np.ndarray | None, int]:

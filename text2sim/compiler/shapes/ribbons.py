@@ -90,10 +90,10 @@ def _course(points: tuple[Vec, ...], closed: bool, turns: float, count: int) -> 
     nodes = np.concatenate([[0.0], np.cumsum(np.sqrt(np.linalg.norm(np.diff(given, axis=0), axis=1)))])
     spline = CubicSpline(nodes, given, bc_type="periodic" if closed else "not-a-knot")
     fine = np.linspace(0.0, nodes[-1], FINE * (len(points) - 1) + 1)
-    ways = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(spline(fine), axis=0), axis=1))])
+    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(spline(fine), axis=0), axis=1))])
     # Frames are carried along the fine samples, so that they do not depend on the count.
     across = _carried(spline(fine), _unit(spline(fine, 1)))
-    wanted = np.interp(np.linspace(0.0, ways[-1], count + 1), ways, fine)
+    wanted = np.interp(np.linspace(0.0, lengths[-1], count + 1), lengths, fine)
     along = _unit(spline(wanted, 1))
     level = np.column_stack([np.interp(wanted, fine, across[:, k]) for k in range(3)])
     level = _unit(level - (level * along).sum(axis=1, keepdims=True) * along)
@@ -102,7 +102,7 @@ def _course(points: tuple[Vec, ...], closed: bool, turns: float, count: int) -> 
         angle += np.arctan2(np.cross(across[-1], across[0]) @ along[0], across[-1] @ across[0])
     angle *= np.linspace(0.0, 1.0, count + 1)[:, None]
     turned = np.cos(angle) * level + np.sin(angle) * np.cross(along, level)
-    return Course(spline(wanted), along, turned, float(ways[-1]))
+    return Course(spline(wanted), along, turned, float(lengths[-1]))
 
 
 def _carried(places: Array, along: Array) -> Array:

@@ -175,6 +175,6 @@ def _bridge_rings(a: int, n: int, shift_a: float, b: int, m: int, shift_b: float
     order = np.argsort(np.round(middles, 12), kind="stable")
     on_a = order < n
     i, j = np.cumsum(on_a) - on_a, np.cumsum(~on_a) - ~on_a
-    here, there = a + i % n, b + j % m
+    here, beyond = a + i % n, b + j % m
     ahead = np.where(on_a, a + (i + 1) % n, b + (j + 1) % m)
-    return np.stack([here, ahead, there], axis=1)
+    return np.stack([here, ahead, beyond], axis=1)

@@ -78,15 +78,15 @@ def points_along_sheet(sheet: Sheet, count: int) -> list[tuple[float, float]]:
     if not is_bent(sheet):
         return [((k / count - 0.5) * sheet.size[0], 0.0) for k in range(count + 1)]
     curve = _curve(sheet)
-    ways = [0.0]
+    lengths = [0.0]
     for (a, b), (c, d) in zip(curve, curve[1:], strict=False):
-        ways.append(ways[-1] + hypot(c - a, d - b))
+        lengths.append(lengths[-1] + hypot(c - a, d - b))
     found, k = [], 0
     for index in range(count + 1):
-        way = ways[-1] * index / count
-        while k < len(curve) - 2 and ways[k + 1] < way:
+        length = lengths[-1] * index / count
+        while k < len(curve) - 2 and lengths[k + 1] < length:
             k += 1
-        u = (way - ways[k]) / max(ways[k + 1] - ways[k], 1e-12)
+        u = (length - lengths[k]) / max(lengths[k + 1] - lengths[k], 1e-12)
         (a, b), (c, d) = curve[k], curve[k + 1]
         found.append((a + u * (c - a), b + u * (d - b)))
     return found

@@ -118,14 +118,14 @@ def pieces_of(shape: Sculpt) -> list[Piece]:
     Raises:
         AssetError: if it cannot be made.
     """
-    made = sculpted(shape)
+    sculpture = sculpted(shape)
     found = []
-    for corners, net in made.hulls:
+    for corners, net in sculpture.hulls:
         vertices = tuple((x, y, z) for x, y, z in corners.tolist())
         faces = tuple((a, b, c) for a, b, c in net.tolist())
         if shape.collision == "decompose":
-            piece = Piece("mesh", size=(1.0,), vertices=vertices, faces=faces, file=DIGEST_PREFIX + made.digest,
-                          enclosed=made.volume, collision="decompose")  # fmt: skip
+            piece = Piece("mesh", size=(1.0,), vertices=vertices, faces=faces, file=DIGEST_PREFIX + sculpture.digest,
+                          enclosed=sculpture.volume, collision="decompose")  # fmt: skip
         else:
             piece = Piece("hull", vertices=vertices, faces=faces)
         found.append(piece)

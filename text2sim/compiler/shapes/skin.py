@@ -42,12 +42,13 @@ class SurfaceSkin:
         """Points (k, 3) [m] of all triangles, corners included, and the area [m2] that each stands for."""
         import numpy as np
 
+        from text2sim.assets.surface import triangle_areas
+
         low, high = self.bounds
         spacing = float((high - low).max()) / POINTS_ALONG
         sides = np.linalg.norm(self.triangles - np.roll(self.triangles, 1, axis=1), axis=2).max(1)
         steps = np.maximum(np.ceil(sides / spacing - 1e-9), 1).astype(int)
-        a, b, c = (self.triangles[:, k] for k in range(3))
-        areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+        areas = triangle_areas(self.triangles)
         points, weights = [], []
         for n in np.unique(steps):
             chosen = steps == n
@@ -134,9 +135,9 @@ def _nearest_points(triangles: "np.ndarray", p: "np.ndarray") -> "np.ndarray":
     far[~inside] = np.inf
     far[inside] = np.linalg.norm(flat[inside] - p, axis=1)
     for u, v in ((a, b), (b, c), (c, a)):
-        way = v - u
-        t = np.einsum("ij,ij->i", p - u, way) / np.maximum(np.einsum("ij,ij->i", way, way), 1e-300)
-        on = u + np.clip(t, 0.0, 1.0)[:, None] * way
+        edge = v - u
+        t = np.einsum("ij,ij->i", p - u, edge) / np.maximum(np.einsum("ij,ij->i", edge, edge), 1e-300)
+        on = u + np.clip(t, 0.0, 1.0)[:, None] * edge
         apart = np.linalg.norm(on - p, axis=1)
         nearer = apart < far
         best[nearer], far[nearer] = on[nearer], apart[nearer]

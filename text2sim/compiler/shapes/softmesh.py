@@ -137,8 +137,8 @@ def _mesh_union(
     from text2sim.compiler.shapes.remesh import remesh_evenly, split_long_edges
 
     if isinstance(shape, Sculpt):
-        made = sculpted(shape)
-        vertices, faces = made.vertices, made.faces
+        sculpture = sculpted(shape)
+        vertices, faces = sculpture.vertices, sculpture.faces
     elif isinstance(shape, Faceted):
         (vertices, faces), coarsen = corners_and_sides(shape.points), False
     else:
@@ -172,9 +172,9 @@ def _union(shape: Compound, folder: Path) -> "Manifold":
     for name, part in shape.solids.items():
         low, high = extents(part.shape, IDENTITY, folder)
         size = max(b - a for a, b in zip(low, high, strict=True))
-        made = soft_surface(part.shape, folder, size / UNION_EDGES, coarsen=not isinstance(part.shape, Mesh))
+        mesh = soft_surface(part.shape, folder, size / UNION_EDGES, coarsen=not isinstance(part.shape, Mesh))
         turn = np.array(quat_to_rows(quat_of(part.pose))).T
-        solid = Manifold(Mesh64(made.vertices @ turn + np.array(part.pose.pos), made.faces.astype(np.uint64)))
+        solid = Manifold(Mesh64(mesh.vertices @ turn + np.array(part.pose.pos), mesh.faces.astype(np.uint64)))
         if solid.is_empty():
             raise AssetError(f"part `{name}` is not a closed solid, so it cannot be part of a deformable body")
         solids.append(solid)

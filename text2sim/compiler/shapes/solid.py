@@ -148,7 +148,7 @@ def _primitive(piece: Piece, p: Vec, rows: tuple[Vec, Vec, Vec]) -> Support:
     px, py, pz = p
     size, kind = piece.size, piece.kind
     if kind == "sphere":
-        return lambda way: p
+        return lambda direction: p
 
     def local(x: float, y: float, z: float) -> Vec:
         if kind == "box":

@@ -145,7 +145,6 @@ def learn_digests(meshes: Iterable[VisualMesh]) -> None:
     lazy = [mesh for mesh in meshes if isinstance(mesh, LazyMesh) and "digest" not in mesh.__dict__]
     if not lazy:
         return
-
     question = (b"surfaces", Path(__file__).read_bytes(), *(mesh.key.encode() for mesh in lazy))
     found = cached_answer(question, lambda: [mesh.digest for mesh in lazy])
     for mesh, digest in zip(lazy, found, strict=True):
@@ -200,14 +199,14 @@ def _egg(shape: Sphere | Stream | Ellipsoid | Capsule) -> VisualMesh:
     """Turn a half circle about z, and stretch it to an ellipsoid or capsule."""
     import numpy as np
 
-    made = _lathe([(math.sin(a), -math.cos(a)) for a in np.linspace(0, math.pi, BAR_SIDES + 1).tolist()])
-    points = made.vertices / np.linalg.norm(made.vertices, axis=1, keepdims=True)
+    ball = _lathe([(math.sin(a), -math.cos(a)) for a in np.linspace(0, math.pi, BAR_SIDES + 1).tolist()])
+    points = ball.vertices / np.linalg.norm(ball.vertices, axis=1, keepdims=True)
     if isinstance(shape, Capsule):
         away = np.sign(points[:, 2:]) * (0, 0, shape.length / 2)
-        return replace(made, vertices=shape.radius * points + away, normals=points)
+        return replace(ball, vertices=shape.radius * points + away, normals=points)
     radii = np.array(shape.radii if isinstance(shape, Ellipsoid) else (shape.radius,) * 3)
     normals = points / radii
-    return replace(made, vertices=points * radii, normals=normals / np.linalg.norm(normals, axis=1, keepdims=True))
+    return replace(ball, vertices=points * radii, normals=normals / np.linalg.norm(normals, axis=1, keepdims=True))
 
 
 def _turns(sides: int) -> "tuple[np.ndarray, np.ndarray]":
@@ -222,7 +221,7 @@ def _lathe(profile: list[Point]) -> VisualMesh:
     import numpy as np
 
     cos, sin = _turns(SIDES)
-    here, there = np.arange(SIDES), (np.arange(SIDES) + 1) % SIDES
+    here, following = np.arange(SIDES), (np.arange(SIDES) + 1) % SIDES
     vertices, normals, faces, first = [], [], [], 0
     for (r0, z0), (r1, z1) in pairwise(profile):
         length = math.hypot(r1 - r0, z1 - z0)
@@ -231,7 +230,7 @@ def _lathe(profile: list[Point]) -> VisualMesh:
             vertices.append(np.stack([r * cos, r * sin, np.full(SIDES, z)], axis=1))
             normals.append(np.stack([slope * cos, slope * sin, np.full(SIDES, rise)], axis=1))
         low, high = first + here, first + SIDES + here
-        low_next, high_next = first + there, first + SIDES + there
+        low_next, high_next = first + following, first + SIDES + following
         if r0 > 0:
             faces.append(np.stack([low, low_next, high_next], axis=1))
         if r1 > 0 or r0 == 0:

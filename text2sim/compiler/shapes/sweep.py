@@ -42,9 +42,9 @@ def sweep(
     """
     best = math.inf
     frame = _frame(direction)
-    mine = [_move_bounds(_bounds(solid, frame), frame, start) for solid in movers]
-    theirs = [_bounds(solid, frame) for solid in others]
-    for pairs in _on_the_way(mine, theirs, gap):
+    mover_boxes = [_move_bounds(_bounds(solid, frame), frame, start) for solid in movers]
+    other_boxes = [_bounds(solid, frame) for solid in others]
+    for pairs in _on_the_way(mover_boxes, other_boxes, gap):
         for nearest, m, o in sorted(pair for pair in pairs if pair[0] < best):
             if nearest >= best:
                 break
@@ -104,7 +104,7 @@ def _move_bounds(bounds: Bounds, frame: tuple[Vec, Vec, Vec], by: Vec) -> Bounds
 def _on_the_way(mine: list[Bounds], theirs: list[Bounds], gap: float) -> Iterator[list[Pair]]:
     """Yield pairs that may meet, with a lower bound [m] of the way to go: the gap between them along it."""
     if len(mine) * len(theirs) > _MAX_LOOPED_PAIRS:
-        yield from _on_the_way_of_many(mine, theirs, gap)
+        yield from _in_path_of_many(mine, theirs, gap)
         return
     found = []
     for m, (low, high, left, right, front, back) in enumerate(mine):
@@ -115,7 +115,7 @@ def _on_the_way(mine: list[Bounds], theirs: list[Bounds], gap: float) -> Iterato
     yield found
 
 
-def _on_the_way_of_many(mine: list[Bounds], theirs: list[Bounds], gap: float) -> Iterator[list[Pair]]:
+def _in_path_of_many(mine: list[Bounds], theirs: list[Bounds], gap: float) -> Iterator[list[Pair]]:
     """Do the same in parts: movers that are near each other, and the others in their strip of space."""
     import numpy as np
 
@@ -135,8 +135,8 @@ def _on_the_way_of_many(mine: list[Bounds], theirs: list[Bounds], gap: float) ->
         meets &= (strip[:, 2] < right + gap) & (strip[:, 3] > left - gap)
         meets &= (strip[:, 4] < back + gap) & (strip[:, 5] > front - gap)
         m, o = np.nonzero(meets)
-        ways = (strip[o, 0] - high[m, 0] - gap).tolist()
-        yield list(zip(ways, first[m + start].tolist(), order[o + from_].tolist(), strict=True))
+        distances = (strip[o, 0] - high[m, 0] - gap).tolist()
+        yield list(zip(distances, first[m + start].tolist(), order[o + from_].tolist(), strict=True))
 
 
 def _nearby(mine: Bounds, theirs: list[Bounds], enough: float) -> list[tuple[float, int]]:
@@ -159,17 +159,17 @@ def _nearby(mine: Bounds, theirs: list[Bounds], enough: float) -> list[tuple[flo
 def _advance(mover: Solid, other: Solid, m: Vec, gap: float, limit: float, start: Vec) -> float | None:
     rounding = mover.rounding + other.rounding + gap
     x, y, z = start
-    way, n = 0.0, None
+    distance, n = 0.0, None
     for _ in range(_MAX_STEPS):
-        apart, n = separation(mover, other, (x + way * m[0], y + way * m[1], z + way * m[2]), n)
+        apart, n = separation(mover, other, (x + distance * m[0], y + distance * m[1], z + distance * m[2]), n)
         left = apart - rounding
         if left <= TOLERANCE:
-            return way
+            return distance
         closing = m[0] * n[0] + m[1] * n[1] + m[2] * n[2]
         if closing <= 1e-9:
             return None
         # Half a tolerance short of the plane, so that rounding cannot push it over.
-        way += (left - TOLERANCE / 2) / closing
-        if way >= limit:
+        distance += (left - TOLERANCE / 2) / closing
+        if distance >= limit:
             return None
-    return way
+    return distance

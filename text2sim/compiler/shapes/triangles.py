@@ -37,7 +37,13 @@ def check_triangle_count(area: float, edge: float, along: float = 0.0) -> None:
 
 def surface_area(vertices: "np.ndarray", faces: "np.ndarray") -> float:
     """Return the area [m2] of triangles (m, 3) between vertices (n, 3) [m]."""
-    import numpy as np
+    from text2sim.assets.surface import triangle_areas
 
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
+    return float(triangle_areas(vertices[faces]).sum())
+
+
+def enclosed_volume(vertices: "np.ndarray", faces: "np.ndarray") -> float:
+    """Return the volume [m3] that triangles (m, 3) enclose; negative if they face inward."""
+    from text2sim.assets.surface import signed_volumes
+
+    return float(signed_volumes(vertices[faces]).sum())

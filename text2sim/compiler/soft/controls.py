@@ -175,8 +175,8 @@ def lower_field(control: ANY_FIELD, line: int, name: str) -> Field:
     start, end = span_of(control.during, NEVER_REACHED)
     scale = None if control.scale == 1.0 else constructor(control.scale)
     drift = control.drift if isinstance(control, Turbulence) and any(control.drift) else None
-    made = _make(control)
-    changing = made if scale is None and drift is None else Code(f"Changing({made})")
+    field = _make(control)
+    changing = field if scale is None and drift is None else Code(f"Changing({field})")
     return Field(changing, start, end, line, name, scale, drift)
 
 

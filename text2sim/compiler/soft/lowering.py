@@ -5,7 +5,7 @@ from math import dist
 from pathlib import Path
 from typing import Any
 
-from text2sim.compiler.looks import dress_of, finish_of_body, one_color, rgba_of
+from text2sim.compiler.looks import decoration_of, finish_of_body, one_color, rgba_of
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, Surface
 from text2sim.compiler.shapes.piece import Ball
@@ -146,7 +146,7 @@ class SoftLowering:
             finish_of_body(model),
             picture=self.meshes.picture(texture) if texture is not None else None,
             mode="particle" if solver == "mpm" else None,
-            dress=dress_of(model.look),
+            decoration=decoration_of(model.look),
             regions=regions,
             parts=parts,
         )

@@ -65,9 +65,9 @@ def soft_settings(
     case, scene = loaded.case, loaded.case.scene
     masses = {entity.name: entity.soft.mass for group in bodies for entity in group.entities if entity.soft}
     gravity = hypot(*scene.gravity)
-    ways = travel(rows, case.actions.controls.values(), placed, masses, gravity, scene.duration)
+    travels = travel(rows, case.actions.controls.values(), placed, masses, gravity, scene.duration)
     fastest = max((hypot(*row.linear) for row in rows.velocities if row.entity in masses), default=0.0)
-    settings = derive_soft(scene, lowering.model, lowering.scales, placed, ways, fastest, loaded.folder)
+    settings = derive_soft(scene, lowering.model, lowering.scales, placed, travels, fastest, loaded.folder)
     if scene.max_speed is not None:
         return replace(settings, max_speed=scene.max_speed)
     limit, why = speed_limit(scene, case.actions.controls.values(), rows, placed, masses, loaded.folder)

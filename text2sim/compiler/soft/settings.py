@@ -209,10 +209,7 @@ def _mpm_steps(cell: float, copies: list[Copy]) -> list[tuple[float, str]]:
     fastest = wave_speed(stiffest.material, stiffest, shortest)
     return [
         (MAX_STEP_PER_CELL * cell, f"as the engine suggests for a grid of {cell:g} m cells"),
-        (
-            shortest,
-            f"sound runs at {fastest:.3g} m/s in the stiffest mpm body: half a cell in a step",
-        ),
+        (shortest, f"sound runs at {fastest:.3g} m/s in the stiffest mpm body: half a cell in a step"),
     ]
 
 

@@ -90,10 +90,10 @@ def find_surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Pat
             if copy.name in travel.spins:
                 radius = max(dist(copy.pos, (x, y, z)) for x, y, z in product(*zip(*box, strict=True)))
                 box = grown((copy.pos, copy.pos), radius)
-            ways = travel.motors.get(copy.name, NOWHERE)
-            solids.append(swept(box, ways))
-            if ways != NOWHERE:
-                carried.append((box, ways))
+            displacements = travel.motors.get(copy.name, NOWHERE)
+            solids.append(swept(box, displacements))
+            if displacements != NOWHERE:
+                carried.append((box, displacements))
     return Surroundings(tuple(solids), tuple(floors), tuple(carried), tuple(tilting))
 
 
@@ -135,7 +135,7 @@ def domain_box(
     return box
 
 
-def way_of(copy: Copy, surroundings: Surroundings, scene: Scene, travel: Travel, folder: Path) -> Bounds:
+def path_bounds(copy: Copy, surroundings: Surroundings, scene: Scene, travel: Travel, folder: Path) -> Bounds:
     """Return the box [m] of where a body gets when it is held, thrown, pushed and carried, and falls.
 
     Args:
@@ -173,9 +173,9 @@ def _flown(
     box = swept(box, _box(travel.flights.get(copy.name)))
     box = swept(box, _box(_thrown(travel.starts.get(copy.name), fall, scene, farthest)))
     fallen = swept(box, _box(fall))
-    for start, ways in surroundings.moved:
-        if not apart(grown(swept(start, ways), MAX_RESTING_GAP), fallen):
-            fallen = around([*fallen, *_reach_of_mover(copy.model.kind, fallen, start, ways)])
+    for start, displacements in surroundings.moved:
+        if not apart(grown(swept(start, displacements), MAX_RESTING_GAP), fallen):
+            fallen = around([*fallen, *_reach_of_mover(copy.model.kind, fallen, start, displacements)])
     if copy.model.kind in FLOWING:
         for solid, slid in surroundings.tilting:
             if not apart(grown(solid, MAX_RESTING_GAP), fallen):
@@ -221,9 +221,9 @@ def _thrown(velocity: Vec | None, fall: Vec, scene: Scene, farthest: float) -> V
     return _limit_length((x * time, y * time, up if scene.gravity[2] < 0.0 else z * time), farthest)
 
 
-def _limit_length(way: Vec, farthest: float) -> Vec:
-    part = min(1.0, farthest / max(hypot(*way), 1e-12))
-    return way[0] * part, way[1] * part, way[2] * part
+def _limit_length(displacement: Vec, farthest: float) -> Vec:
+    part = min(1.0, farthest / max(hypot(*displacement), 1e-12))
+    return displacement[0] * part, displacement[1] * part, displacement[2] * part
 
 
 def _sideways_reach(copy: Copy, box: Bounds, fall: float) -> float:
@@ -299,9 +299,9 @@ def _nearby(box: Bounds, surroundings: Surroundings, reach: float) -> list[Bound
     ]
 
 
-def _box(way: Vec | None) -> Bounds:
+def _box(displacement: Vec | None) -> Bounds:
     """Return the box around a displacement and its start."""
-    return around([(0.0, 0.0, 0.0), way or (0.0, 0.0, 0.0)])
+    return around([(0.0, 0.0, 0.0), displacement or (0.0, 0.0, 0.0)])
 
 
 def _componentwise(choose: Callable[[float, float], float], a: Vec, b: Vec) -> Vec:

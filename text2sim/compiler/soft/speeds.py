@@ -61,7 +61,7 @@ def speed_limit(
     given = {
         "falling": _fall(scene, placed, folder),
         "starts": max((hypot(*v.linear) + hypot(*v.angular) for v in rows.velocities), default=0.0),
-        "streams": max((_stream(c) for g in placed.values() for c in g), default=0.0),
+        "streams": max((hypot(*(stream_velocity(c) or ())) for g in placed.values() for c in g), default=0.0),
         "motors": MOTOR_SPEED if rows.targets else 0.0,
         "prescribed motion": max((_driven(c, time, folder) for g in placed.values() for c in g), default=0.0),
         "forces": sum(_push(push, masses, time) for push in rows.pushes),
@@ -102,10 +102,6 @@ def _driven(copy: Copy, duration: float, folder: Path) -> float:
         radius = max(hypot(*(x - c for x, c in zip(corner, copy.pos, strict=True))) for corner in (low, high))
         return largest(motion.speed, duration) * radius
     return top_speed(motion)
-
-
-def _stream(copy: Copy) -> float:
-    return hypot(*(stream_velocity(copy) or ()))
 
 
 def _push(push: Any, masses: dict[str, float], duration: float) -> float:

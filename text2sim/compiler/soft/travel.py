@@ -83,12 +83,12 @@ def travel(
         if not force:
             continue
         span = min(push.end, duration) - push.start
-        way = force / mass * span**2 / 2
+        distance = force / mass * span**2 / 2
         if push.start == push.end:  # an impulse: until gravity and friction stop the body, or the run ends
-            way = force / mass * (min(duration, 2 * force / mass / gravity) if gravity else duration)
+            distance = force / mass * (min(duration, 2 * force / mass / gravity) if gravity else duration)
         elif push.drag:
-            way = min(way, force / push.drag * span)
-        _fly(flights, push.entity, push.force, min(way, MAX_FOLLOWED_DISTANCE) / force)
+            distance = min(distance, force / push.drag * span)
+        _fly(flights, push.entity, push.force, min(distance, MAX_FOLLOWED_DISTANCE) / force)
     held = {hold.entity for hold in rows.holds}
     for flow in rows.airflows:
         if fast := hypot(*flow.velocity):
@@ -104,8 +104,8 @@ def travel(
     return Travel(motors, frozenset(spins), holds, flights, starts)
 
 
-def _fly(flights: dict[str, Vec], name: str, way: Vec, times: float) -> None:
-    flights[name] = vector_plus(flights.get(name, (0.0, 0.0, 0.0)), vector_times(way, times))
+def _fly(flights: dict[str, Vec], name: str, displacement: Vec, times: float) -> None:
+    flights[name] = vector_plus(flights.get(name, (0.0, 0.0, 0.0)), vector_times(displacement, times))
 
 
 def _carry(flights: dict[str, Vec], field: Control, copy: Copy, duration: float) -> None:

@@ -45,13 +45,13 @@ def ragdoll_tree(doll: Ragdoll, colors: dict[str, Rgba]) -> Tree:
 
     def limb(name: str) -> tuple[TreeLink, ...]:
         found = []
-        for child, parent, at, way, length, radius, kind in _LIMBS:
+        for child, parent, at, toward, length, radius, kind in _LIMBS:
             if parent != name:
                 continue
-            direction = _direction(way, child, doll.limb_spread)
+            direction = _direction(toward, child, doll.limb_spread)
             if at is None:
                 parent_length, _ = sizes[parent]
-                pos = tuple(parent_length * d for d in _direction(way, parent, doll.limb_spread))
+                pos = tuple(parent_length * d for d in _direction(toward, parent, doll.limb_spread))
             else:
                 pos = tuple(h * x for x in at)
             mass = capsule_mass(radius * h, length * h, density)
@@ -69,9 +69,9 @@ def ragdoll_tree(doll: Ragdoll, colors: dict[str, Rgba]) -> Tree:
     return Tree((root,))
 
 
-def _direction(way: str | Vec, name: str, spread: float) -> Vec:
-    if not isinstance(way, str):
-        return way
+def _direction(toward: str | Vec, name: str, spread: float) -> Vec:
+    if not isinstance(toward, str):
+        return toward
     side = 1.0 if name.endswith("_l") else -1.0
-    angle = spread * (math.radians(80) if way == "arm" else math.radians(40))
+    angle = spread * (math.radians(80) if toward == "arm" else math.radians(40))
     return (0.0, side * math.sin(angle), -math.cos(angle))

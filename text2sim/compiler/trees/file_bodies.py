@@ -33,8 +33,8 @@ def mechanism_tree(mechanism: Mechanism, body: Articulated) -> Tree:
         if link.parent == 0 and mechanism.kind == "urdf" and body.base == "free":
             joints = ((link.name, TreeJoint("free")),)
         own = tuple(reversed(children.get(index, ())))
-        made = TreeLink(link.name, link.pos, link.quat, joints=joints, geoms=shapes(link), children=own)
-        children.setdefault(link.parent, []).append(made)
+        tree_link = TreeLink(link.name, link.pos, link.quat, joints=joints, geoms=shapes(link), children=own)
+        children.setdefault(link.parent, []).append(tree_link)
     roots = tuple(reversed(children.get(0, ())))
     return Tree(roots, fixtures=shapes(mechanism.links[0]), initial=initial)
 

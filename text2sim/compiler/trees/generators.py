@@ -62,9 +62,7 @@ def ball_joint(
 
 def density_of(material: Material, volume: float) -> float:
     """Return the density [kg/m3] of a material; `mass` counts for the whole `volume` [m3]."""
-    if material.mass is not None:
-        return material.mass / volume
-    return material.density or DENSITY
+    return material.mass / volume if material.mass is not None else material.density or DENSITY
 
 
 def capsule_bar(

@@ -32,12 +32,12 @@ def shaped_link(shape: Any, material: Material, look: Look, copy: Copy, name: st
         AssetError: if a file of the shape cannot be used.
     """
     geoms = geoms_of(shape, material, look, copy, folder)
-    made = TreeLink(name, geoms=geoms, inertia=_inertia(shape, geoms))
+    link = TreeLink(name, geoms=geoms, inertia=_inertia(shape, geoms))
     visuals = geometry.visual_mesh(shape, folder)
     if not look.visible:
-        return replace(made, geoms=tuple(_hide(g) for g in geoms))
+        return replace(link, geoms=tuple(_hide(g) for g in geoms))
     if not visuals:
-        return made
+        return link
     parts: dict[Any, Any] = shape.parts if isinstance(shape, Compound | Sculpt) else {}
     drawn = tuple(
         _own_colored_surface(mesh, (parts[mesh.part].look if mesh.part in parts else None) or look, copy)
@@ -45,7 +45,7 @@ def shaped_link(shape: Any, material: Material, look: Look, copy: Copy, name: st
     )
     meshed = {mesh.part for mesh in visuals} | ({None} if isinstance(shape, Sculpt) else set())
     shown = tuple(_hide(g) if g.piece.part in meshed else g for g in geoms)
-    return replace(made, geoms=shown, visuals=drawn)
+    return replace(link, geoms=shown, visuals=drawn)
 
 
 def geoms_of(shape: Any, material: Material, look: Look, copy: Copy, folder: Path) -> tuple[TreeGeom, ...]:
@@ -104,10 +104,10 @@ def _inertia(shape: Any, geoms: tuple[TreeGeom, ...]) -> Inertial | None:
     """Return the inertia of a sculpt from its surface, since its pieces overlap; their masses add up to its mass."""
     if not isinstance(shape, Sculpt):
         return None
-    made = sculpted(shape)
+    sculpture = sculpted(shape)
     mass = sum(geom.density * geom.piece.volume() for geom in geoms)
-    xx, yy, zz, xy, xz, yz = (moment * mass / made.volume for moment in made.inertia)
-    return Inertial(mass, made.center, (xx, yy, zz, xy, xz, yz))
+    xx, yy, zz, xy, xz, yz = (moment * mass / sculpture.volume for moment in sculpture.inertia)
+    return Inertial(mass, sculpture.center, (xx, yy, zz, xy, xz, yz))
 
 
 def _own_colored_surface(mesh: VisualMesh, look: Look, copy: Copy) -> TreeVisual:

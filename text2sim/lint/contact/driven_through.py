@@ -61,12 +61,12 @@ def _entered_copies(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[
         under = max(ground.depth(part) for part in parts)
         if depth > allowed and under <= allowed and ground.beside(copy.pos) < 0.0:
             yield ground.copy, -t, depth
-    way = union(part.box for moment in path[:: max(1, len(path) // 12)] for part in _parts_at(copy, parts, moment))
+    path_box = union(part.box for moment in path[:: max(1, len(path) // 12)] for part in _parts_at(copy, parts, moment))
     for other in facts.copies.values():
         box = facts.box(other)
         if other is copy or facts.mount(other) not in ("static", "fixed"):
             continue
-        if box is None or way is None or apart(way, box):
+        if box is None or apart(path_box, box):
             continue
         others = facts.parts(other)
         if any(overlapping(a, b) for a in parts for b in others):

@@ -147,8 +147,8 @@ def _motions(copy: Copy, part: StandingPart) -> Iterator[tuple[Vec, Bounds]]:
             if any(velocity):
                 yield velocity, grown((copy.pos, copy.pos), reach)
         return
-    for velocity, ways in strokes(motion):
-        yield velocity, swept(part.box, ways)
+    for velocity, displacements in strokes(motion):
+        yield velocity, swept(part.box, displacements)
 
 
 RULES = (

@@ -7,7 +7,7 @@ from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.case_cameras import Offset, films_at, views_at
 from text2sim.lint.film.subjects import center_of
-from text2sim.lint.motion.whereabouts import whereabouts
+from text2sim.lint.motion.whereabouts import Whereabouts
 from text2sim.spec_schema.models.bodies import Driven
 
 PATH_MOMENTS = 16
@@ -26,13 +26,13 @@ def way_seen(facts: Facts, copy: Copy, start: float, end: float) -> Iterator[tup
         end: Last moment [s].
     """
     center, radius = center_of(facts.balls(copy)), min(radius for _, radius in facts.balls(copy))
-    known, pace = whereabouts(facts).known_until(copy), facts.velocities.get(copy.name, (0.0, 0.0, 0.0))
+    known, pace = facts.once(Whereabouts).known_until(copy), facts.velocities.get(copy.name, (0.0, 0.0, 0.0))
     for k in range(PATH_MOMENTS):
         t = start + (end - start) * k / (PATH_MOMENTS - 1)
-        step, on = whereabouts(facts).offset(copy, t), max(t - known, 0.0)
-        there = (center[0] + step[0] + pace[0] * on, center[1] + step[1] + pace[1] * on, center[2] + step[2])
+        step, on = facts.once(Whereabouts).offset(copy, t), max(t - known, 0.0)
+        moved = (center[0] + step[0] + pace[0] * on, center[1] + step[1] + pace[1] * on, center[2] + step[2])
         views = [view for view in views_at(facts, t, offset_of(facts)) if films_at(facts, view.name, t)]
-        yield t, there, any(view.shows(there, radius) for view in views) if views else None
+        yield t, moved, any(view.shows(moved, radius) for view in views) if views else None
 
 
 def comes_in(facts: Facts, name: str) -> bool:
@@ -49,4 +49,4 @@ def comes_in(facts: Facts, name: str) -> bool:
 
 def offset_of(facts: Facts) -> Offset:
     """Return the predicted displacement of copies, by name and time."""
-    return lambda name, t: whereabouts(facts).offset(facts.copies[name], t)
+    return lambda name, t: facts.once(Whereabouts).offset(facts.copies[name], t)

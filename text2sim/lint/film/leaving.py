@@ -10,7 +10,7 @@ from text2sim.lint.film.body_paths import PATH_MOMENTS, offset_of, way_seen
 from text2sim.lint.film.case_cameras import views_at
 from text2sim.lint.film.subjects import drawn, subjects
 from text2sim.lint.film.unseen_subjects import camera_to_blame
-from text2sim.lint.motion.whereabouts import whereabouts
+from text2sim.lint.motion.whereabouts import Whereabouts
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import vector
 from text2sim.spec_schema.errors import Problem
@@ -39,13 +39,13 @@ def _leaves(facts: Facts) -> Iterator[Problem]:
 def _when_lost(facts: Facts, copy: Copy) -> tuple[float, Vec] | None:
     """Return when [s] and where a copy leaves every camera's picture, if for a large part of its path."""
     render = facts.plan.render
-    start, end = render["start"], min(whereabouts(facts).known_until(copy), render["end"])
+    start, end = render["start"], min(facts.once(Whereabouts).known_until(copy), render["end"])
     if end <= start or not facts.balls(copy):
         return None
-    seen = [(t, there, shown) for t, there, shown in way_seen(facts, copy, start, end) if shown is not None]
+    seen = [(t, center, shown) for t, center, shown in way_seen(facts, copy, start, end) if shown is not None]
     # A body may come in from outside; one that never does is reported by another rule.
     seen = list(dropwhile(lambda moment: not moment[2], seen))
-    lost = [(t, there) for t, there, shown in seen if not shown]
+    lost = [(t, center) for t, center, shown in seen if not shown]
     if not lost:
         return None
     # It probably stays where it comes down.

@@ -171,12 +171,12 @@ def _crosses(box: tuple[Vec, Vec], start: Vec, end: Vec) -> bool:
     """Return whether a line segment passes through a box."""
     first, last = 0.0, 1.0
     for a, b, low, high in zip(start, end, *box, strict=True):
-        way = b - a
-        if abs(way) < 1e-12:
+        slope = b - a
+        if abs(slope) < 1e-12:
             if not low <= a <= high:
                 return False
             continue
-        near, far = sorted(((low - a) / way, (high - a) / way))
+        near, far = sorted(((low - a) / slope, (high - a) / slope))
         first, last = max(first, near), min(last, far)
     return first < last
 

@@ -12,9 +12,9 @@ from typing import Any
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.loaded_joint import LoadedJoint
-from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.rule import Rule, one_per_place
-from text2sim.lint.script.targets import targets_of
+from text2sim.lint.script.targets import Targets
 from text2sim.lint.words import as_radians
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.events import ThresholdEvent
@@ -68,7 +68,7 @@ def _in_degrees(value: Any, where: Path) -> Iterator[tuple[Path, Any]]:
 
 @one_per_place
 def _degrees(facts: Facts) -> Iterator[Problem]:
-    mechanics = mechanics_of(facts)
+    mechanics = facts.once(Mechanics)
     for (entity, name), spans in spans_of(facts).items():
         joint = mechanics.joint(facts.copies[entity], name)
         if joint is None or not joint.hinge or joint.spec.range is not None:
@@ -116,8 +116,8 @@ def _hinges(facts: Facts, measure: str) -> list[tuple[LoadedJoint, list[Span]]]:
     if not isinstance(found, JointPosition) or found.stat in ("count", "sum", "std", "range"):
         return []
     rows = []
-    for target in targets_of(facts).select(found.of):
-        joint = mechanics_of(facts).joint(target.copy, target.link or target.copy.body)
+    for target in facts.once(Targets).select(found.of):
+        joint = facts.once(Mechanics).joint(target.copy, target.link or target.copy.body)
         if joint is None or not joint.hinge:
             return []
         rows.append((joint, spans_of(facts).get((target.copy.name, joint.name), [])))

@@ -61,13 +61,13 @@ def _slow_motors(facts: Facts) -> Iterator[Problem]:
 
 def _load(motor: Powered, demand: Demand, mode: str) -> float:
     """Return the mean force against the motor during a change; 0 if gravity helps it."""
-    way = 1.0 if demand.last > demand.first else -1.0
+    sign = 1.0 if demand.last > demand.first else -1.0
     load = motor.joint.spec.friction + motor.joint.spec.damping * demand.speed
     if mode == "position":
         points = [demand.first + k / 4 * (demand.last - demand.first) for k in range(5)]
-        load -= way * sum(motor.load(q) for q in points) / 5
+        load -= sign * sum(motor.load(q) for q in points) / 5
     elif not motor.joint.hinge:
-        load -= way * motor.joint.pull[0]
+        load -= sign * motor.joint.pull[0]
     return max(0.0, load)
 
 
@@ -79,8 +79,8 @@ def _short_of_speed(facts: Facts) -> Iterator[Problem]:
             wanted = max(span.extremes(), key=abs)
             if span.mode != "velocity" or wanted == 0.0 or not motor.alone or motor.damping <= 0.0 or spec.spring:
                 continue
-            way = 1.0 if wanted > 0.0 else -1.0
-            load = max(0.0, spec.friction - (0.0 if joint.hinge else way * joint.pull[0]))
+            sense = 1.0 if wanted > 0.0 else -1.0
+            load = max(0.0, spec.friction - (0.0 if joint.hinge else sense * joint.pull[0]))
             reached = (motor.damping * abs(wanted) - load) / (motor.damping + spec.damping)
             key, better = "damping", (load + spec.damping * abs(wanted)) / (0.02 * abs(wanted))
             if spec.damping > 0.0 and (motor.limit - load) / spec.damping < reached:
@@ -92,9 +92,9 @@ def _short_of_speed(facts: Facts) -> Iterator[Problem]:
             unit, force = joint.units
             against = [f"joint damping {spec.damping:g}"] * (spec.damping > 0) + [amount(load, force)] * (load > 0)
             text = (
-                f"`{motor.label}` will run at {amount(way * reached, unit)}/s instead of {wanted:.3g}: its motor works "
-                f"against {' and '.join(against)} with a force of damping {motor.damping:g} times the missing speed; "
-                f"give it a {key} of {at_least(better)}"
+                f"`{motor.label}` will run at {amount(sense * reached, unit)}/s instead of {wanted:.3g}: its motor "
+                f"works against {' and '.join(against)} with a force of damping {motor.damping:g} times the missing "
+                f"speed; give it a {key} of {at_least(better)}"
             )
             yield facts.problem("short-speed", motor.where(key), text)
             break

@@ -14,7 +14,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.loads import Lift, lifts
-from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.joints.motors import Powered, powered
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, at_least
@@ -133,7 +133,7 @@ def _droops(facts: Facts) -> Iterator[Problem]:
 
 
 def _idle(facts: Facts) -> Iterator[Problem]:
-    mechanics = mechanics_of(facts)
+    mechanics = facts.once(Mechanics)
     driven = {(facts.copies[entity].body, joint) for entity, joint in spans_of(facts)}
     bodies: dict[str, list[LoadedJoint]] = {}
     for joint in mechanics.joints():

@@ -20,7 +20,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.loaded_joint import LoadedJoint, pull_of
 from text2sim.lint.joints.motors import Powered
-from text2sim.lint.motion.whereabouts import whereabouts
+from text2sim.lint.motion.whereabouts import Whereabouts
 
 MIN_TARGET_CHANGE = 1e-6
 """Smallest change of a target [rad or m] that counts as motion."""
@@ -112,7 +112,7 @@ def _inertial(motor: Powered, name: str, t: float) -> Inertial:
     facts = motor.mechanics.facts
     copy = facts.copies[name]
     inertial = motor.mechanics.inertial(copy)
-    x, y, z = (c + d for c, d in zip(inertial.center, whereabouts(facts).offset(copy, t), strict=True))
+    x, y, z = (c + d for c, d in zip(inertial.center, facts.once(Whereabouts).offset(copy, t), strict=True))
     return replace(inertial, center=(x, y, z))
 
 

@@ -23,7 +23,7 @@ _MOTION_FIELDS = ("shape", "material", "mount", "links", "loops", "initial", "fi
 
 
 class Mechanics:
-    """The joints of a case; see `mechanics_of`."""
+    """The joints of a case, from `facts.once`."""
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
@@ -225,8 +225,3 @@ class _Links:
             found.add(link.name)
             waiting += link.children
         return found
-
-
-def mechanics_of(facts: Facts) -> Mechanics:
-    """Return the joints of a case, computed once."""
-    return facts.once(Mechanics)

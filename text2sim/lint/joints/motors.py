@@ -17,7 +17,7 @@ from math import inf, sqrt
 from text2sim.lint.facts import Facts, once_per_case
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.loaded_joint import LoadedJoint
-from text2sim.lint.joints.mechanics import Mechanics, mechanics_of
+from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.spec_schema.text.document import Path
 
 MAX_COPIES = 200
@@ -48,8 +48,8 @@ class Powered:
 
     def where(self, key: str) -> Path:
         """Return the path of a value of the motor, or of the motor if the case does not give the value."""
-        ways = (("actuator", key), ("actuator",), ())
-        paths = (self.mechanics.where(self.joint, *way) for way in ways)
+        places = (("actuator", key), ("actuator",), ())
+        paths = (self.mechanics.where(self.joint, *place) for place in places)
         return self.mechanics.facts.first_path(*paths, ("bodies", self.joint.copy.body))
 
     def tolerances(self, kind: str) -> list[float]:
@@ -88,7 +88,7 @@ def powered(facts: Facts) -> list[Powered]:
 
 
 def _all_powered(facts: Facts) -> Iterator[Powered]:
-    mechanics, seen = mechanics_of(facts), set()
+    mechanics, seen = facts.once(Mechanics), set()
     for (entity, name), spans in spans_of(facts).items():
         joint = mechanics.joint(facts.copies[entity], name)
         key = (id(joint), tuple((span.control, id(span.schedule)) for span in spans))

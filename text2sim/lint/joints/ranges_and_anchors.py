@@ -9,7 +9,7 @@ from math import degrees, dist, pi, radians
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
-from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, as_radians
@@ -23,7 +23,7 @@ FAR_ANCHOR = 50.0
 
 @one_per_place
 def _range(facts: Facts) -> Iterator[Problem]:
-    mechanics = mechanics_of(facts)
+    mechanics = facts.once(Mechanics)
     for (entity, name), spans in spans_of(facts).items():
         joint = mechanics.joint(facts.copies[entity], name)
         if joint is None or joint.spec.range is None:
@@ -31,10 +31,10 @@ def _range(facts: Facts) -> Iterator[Problem]:
         (low, high), unit = joint.spec.range, joint.units[0]
         slack = MAX_BEYOND_RANGE * (high - low)
         if (stuck := _against_end(spans, low - joint.start, high - joint.start)) is not None:
-            end, way = (high, "up") if stuck.extremes()[1] > 0.0 else (low, "down")
+            end, toward = (high, "up") if stuck.extremes()[1] > 0.0 else (low, "down")
             text = (
-                f"drives `{mechanics.label(joint)}` {way}, but it starts at {end:.4g} {unit}, where its range ends: it "
-                "pushes against that limit and does not move; change the sign, or widen the range"
+                f"drives `{mechanics.label(joint)}` {toward}, but it starts at {end:.4g} {unit}, where its range ends: "
+                "it pushes against that limit and does not move; change the sign, or widen the range"
             )
             yield facts.problem("target-out-of-range", stuck.where, text)
             continue

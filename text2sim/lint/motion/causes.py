@@ -20,7 +20,7 @@ from text2sim.compiler.schedules import extremes
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
-from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.motion.initial_rest import all_still
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import Force, Impulse
@@ -42,7 +42,7 @@ class Cause(NamedTuple):
 
 
 class Causes:
-    """The causes of motion in a scene; see `causes_of`."""
+    """The causes of motion in a scene, from `facts.once`."""
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
@@ -62,12 +62,12 @@ class Causes:
         """Time [s] until which everything is at rest."""
         return self.onset if self.onset > 0.0 and all_still(self.facts) else 0.0
 
-    def reaches(self, way: float, t: float) -> bool:
+    def reaches(self, distance: float, t: float) -> bool:
         """Return whether anything may have moved a distance [m] by a time [s]."""
-        if way <= 0.0 or t > self.unknown:
+        if distance <= 0.0 or t > self.unknown:
             return True
         # `quiet` is expensive, and only reduces the bound.
-        return self._reach(t, 0.0) >= way and self._reach(t, self.quiet) >= way
+        return self._reach(t, 0.0) >= distance and self._reach(t, self.quiet) >= distance
 
     def _reach(self, t: float, quiet: float) -> float:
         """Return an upper bound on the distance [m] moved by a time [s], if nothing moves until `quiet`."""
@@ -83,16 +83,16 @@ class Causes:
         )
         return 2 * speed * time + self.facts.pull * time**2
 
-    def soonest(self, way: float) -> float:
+    def soonest(self, distance: float) -> float:
         """Return a lower bound on the time [s] to move a distance [m]; infinite if nothing moves so far in the run."""
-        if way <= 0.0:
+        if distance <= 0.0:
             return 0.0
         low, high = 0.0, self.facts.case.scene.duration
-        if not self.reaches(way, high):
+        if not self.reaches(distance, high):
             return inf
         for _ in range(60):
             middle = (low + high) / 2
-            low, high = (middle, high) if not self.reaches(way, middle) else (low, middle)
+            low, high = (middle, high) if not self.reaches(distance, middle) else (low, middle)
         return high
 
     def _restless(self) -> bool:
@@ -137,7 +137,7 @@ class Causes:
         """Yield the drives, driven bodies, releases and removals."""
         facts = self.facts
         for (entity, name), spans in spans_of(facts).items():
-            joint = mechanics_of(facts).joint(facts.copies[entity], name)
+            joint = facts.once(Mechanics).joint(facts.copies[entity], name)
             rest = joint.start if joint is not None else facts.lowering.initial.get(entity, {}).get(name, 0.0)
             moved = [(time, span.control) for span in spans if (time := _moves(span, rest)) is not None]
             if moved:
@@ -152,11 +152,6 @@ class Causes:
         for removal in facts.rows.removals:
             at = 0.0 if removal.at is None else removal.at  # an event may come at any time
             yield Cause(at, removal.control, at, 0.0)
-
-
-def causes_of(facts: Facts) -> Causes:
-    """Return the causes of motion in a scene, computed once."""
-    return facts.once(Causes)
 
 
 def _moves(span: Span, rest: float) -> float | None:

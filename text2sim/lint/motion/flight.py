@@ -44,7 +44,7 @@ class Flight:
 
     velocity: Vec
     """Velocity at the start [m/s]."""
-    pull: Vec
+    acceleration: Vec
     """Acceleration [m/s2]: gravity, or zero if the body rests on something."""
     end: float
     """Time [s] of the meeting, or of the end of the run."""
@@ -52,16 +52,16 @@ class Flight:
 
     def offset(self, t: float) -> Vec:
         """Return its displacement [m] at a time [s]."""
-        return vector_plus(vector_times(self.velocity, t), vector_times(self.pull, t * t / 2))
+        return vector_plus(vector_times(self.velocity, t), vector_times(self.acceleration, t * t / 2))
 
     def velocity_at(self, t: float) -> Vec:
         """Return its velocity [m/s] at a time [s]."""
-        return vector_plus(self.velocity, vector_times(self.pull, t))
+        return vector_plus(self.velocity, vector_times(self.acceleration, t))
 
     @property
     def moves(self) -> bool:
         """Whether it moves at all."""
-        return any(self.velocity) or any(self.pull)
+        return any(self.velocity) or any(self.acceleration)
 
 
 def flight_of(facts: Facts, copy: Copy) -> Flight | None:
@@ -91,7 +91,7 @@ class _Flights:
         near = self._copies_along(copy, box, path)
         resting = any(g) and vector_dot(v, g) >= 0 and self._is_supported(copy, box, near)
         if resting or any(copy.name in (weld.a, weld.b) for weld in facts.rows.welds):
-            path = replace(path, pull=(0.0, 0.0, 0.0))
+            path = replace(path, acceleration=(0.0, 0.0, 0.0))
             near = self._copies_along(copy, box, path)
         meeting = self._first(copy, box, near, path) if path.moves else None
         if self.left < 0:
@@ -101,9 +101,9 @@ class _Flights:
     def _copies_along(self, copy: Copy, box: Bounds, path: Flight) -> list[tuple[Copy, Bounds]]:
         """Return the copies near the box around the whole path, with a margin for supports."""
         times = {0.0, path.end}
-        turns = (-v / g for v, g in zip(path.velocity, path.pull, strict=True) if g)
+        turns = (-v / g for v, g in zip(path.velocity, path.acceleration, strict=True) if g)
         times.update(t for t in turns if 0 < t < path.end)
-        room = grown(union(moved(box, path.offset(t)) for t in times) or box, MAX_RESTING_GAP)
+        room = grown(union(moved(box, path.offset(t)) for t in times), MAX_RESTING_GAP)
         return [
             (other, other_box)
             for other, other_box in self._copies_around(room)
@@ -148,7 +148,7 @@ class _Flights:
         touching = {other.name for other, other_box in near if not apart(box, other_box, -MAX_RESTING_GAP)}
         size = max(min(sides(box)), 1e-6)
         # Enough legs that the path is never farther from its chords than a tenth of the body.
-        count = math.ceil(end * math.sqrt(math.hypot(*path.pull) / (0.8 * size)))
+        count = math.ceil(end * math.sqrt(math.hypot(*path.acceleration) / (0.8 * size)))
         count = min(max(count, PATH_LEGS[0]), PATH_LEGS[1])
         for k in range(count):
             meeting = self._leg(parts, box, near, touching, path, end * k / count, end * (k + 1) / count)
@@ -175,19 +175,19 @@ class _Flights:
         swept = union((moved(box, a), moved(box, b)))
         best: tuple[float, Copy, StandingPart] | None = None
         for other, other_box in near:
-            if swept is None or apart(swept, other_box):
+            if apart(swept, other_box):
                 continue
             for part in self.facts.parts(other):
                 if apart(swept, part.box) or self.left < 0:
                     continue
                 self.left -= 1 + len(parts) // 4
-                way = sweep([p.solid for p in parts], [part.solid], direction, start=a)
+                distance = sweep([p.solid for p in parts], [part.solid], direction, start=a)
                 # It slides along, or leaves, a body that it touches at the start.
-                if way is None or way > length or (best is not None and way >= best[0]):
+                if distance is None or distance > length or (best is not None and distance >= best[0]):
                     continue
-                if other.name in touching and start == 0.0 and way < MAX_RESTING_GAP:
+                if other.name in touching and start == 0.0 and distance < MAX_RESTING_GAP:
                     continue
-                best = way, other, part
+                best = distance, other, part
         if best is None:
             return None
         time = start + (end - start) * best[0] / length
@@ -203,19 +203,19 @@ def is_just_above(facts: Facts, copy: Copy, other: Copy) -> bool:
         other: Another copy.
     """
     x, y, z = facts.up
-    way = sweep([p.solid for p in facts.parts(copy)], [p.solid for p in facts.parts(other)], (-x, -y, -z))
-    return way is not None and way < MAX_RESTING_GAP
+    distance = sweep([p.solid for p in facts.parts(copy)], [p.solid for p in facts.parts(other)], (-x, -y, -z))
+    return distance is not None and distance < MAX_RESTING_GAP
 
 
 def _landing(ground: Ground, copy: Copy, parts: list[StandingPart], path: Flight) -> Meeting | None:
     """Return the meeting of a body with a plane from above."""
     height = -max((ground.depth(part) for part in parts), default=-math.inf)
-    fall, rise = vector_dot(path.pull, ground.up) / 2, vector_dot(path.velocity, ground.up)
+    fall, rise = vector_dot(path.acceleration, ground.up) / 2, vector_dot(path.velocity, ground.up)
     if height < -MAX_RESTING_GAP:
         return None
     for t in _roots(fall, rise, max(height, 0.0)):
-        there = vector_plus(copy.pos, path.offset(t))
-        if 0 <= t <= path.end and rise + 2 * fall * t < 0 and ground.beside(there) < 0:
+        pos = vector_plus(copy.pos, path.offset(t))
+        if 0 <= t <= path.end and rise + 2 * fall * t < 0 and ground.beside(pos) < 0:
             return Meeting(ground.copy, None, t, path.velocity_at(t))
     return None
 

@@ -12,7 +12,7 @@ from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts, once_per_case
 from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.joints.loaded_joint import LoadedJoint
-from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.motion.flight import MAX_RESTING_GAP
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.start.escape import axis_aligned_box
@@ -48,7 +48,7 @@ def all_still(facts: Facts) -> bool:
             loose.append(copy)
         elif mount == "ball" or (mount == "tree" and not _joints_only(facts, copy)):
             return False
-    joints = mechanics_of(facts).joints()
+    joints = facts.once(Mechanics).joints()
     return all(_is_joint_held(facts, joint) for joint in joints) and (z == 0 or _all_stand(facts, loose))
 
 
@@ -93,7 +93,7 @@ def _stands(facts: Facts, copy: Copy, tops: list[StandingPart]) -> bool:
     low = min(part.box[0][2] for part in parts)
     corners = [point for part in parts if part.box[0][2] <= low + MAX_CORNER_HEIGHT for point in _corners(part)]
     sole = _rectangle_around([(x, y) for x, y, z in corners if z <= low + MAX_CORNER_HEIGHT])
-    cx, cy, _ = mechanics_of(facts).inertial(copy).center
+    cx, cy, _ = facts.once(Mechanics).inertial(copy).center
     for ground in facts.planes:
         if ground.up[2] > 1 - 1e-9 and abs(low - ground.level) < MAX_RESTING_GAP and ground.beside((cx, cy, low)) < 0.0:
             return _contains(sole, cx, cy)

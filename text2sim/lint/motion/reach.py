@@ -19,7 +19,7 @@ COMPLIANCE_FACTOR = 1.05
 
 
 class LinkReach:
-    """Balls that links never leave; see `reach_of`."""
+    """Balls that links never leave, from `facts.once`."""
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
@@ -54,11 +54,6 @@ class LinkReach:
             self._trees[copy.name] = _tree(tree_links(tree, copy.pos, copy.quat), tree.initial)
         links = self._trees[copy.name]
         return list(links.values()) if part is None else [links[part]] if part in links else []
-
-
-def reach_of(facts: Facts) -> LinkReach:
-    """Return the reach of the bodies of a case, computed once."""
-    return facts.once(LinkReach)
 
 
 def never_meet(a: list[Ball] | None, b: list[Ball] | None) -> bool:

@@ -10,7 +10,7 @@ from text2sim.compiler.soft.lowering import mass
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.flight import flight_of
-from text2sim.lint.motion.reach import reach_of
+from text2sim.lint.motion.reach import LinkReach
 from text2sim.lint.parts import sides
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.names.selectors import body_of
@@ -22,7 +22,7 @@ HELD_REACH = 2.0
 
 
 class Whereabouts:
-    """Predictions for the bodies of a case, computed on demand; see `whereabouts`."""
+    """Predictions for the bodies of a case, from `facts.once`."""
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
@@ -66,7 +66,7 @@ class Whereabouts:
         if isinstance(copy.model, Driven):
             return grown(swept(box, displacements(copy.model.motion)), size / 2)
         if not self.facts.free(copy) and not is_soft(copy.model):
-            balls = reach_of(self.facts).body(copy)
+            balls = self.facts.once(LinkReach).body(copy)
             return _around_balls(balls) if balls else grown(box, HELD_REACH * size)
         low, high = swept(grown(box, size / 2), self._displacement_box(copy))
         floor = self._floor() - size if self.facts.case.scene.gravity[2] < 0 else -math.inf
@@ -102,13 +102,8 @@ class Whereabouts:
         return self._lowest
 
 
-def whereabouts(facts: Facts) -> Whereabouts:
-    """Return the predictions for the bodies of a case."""
-    return facts.once(Whereabouts)
-
-
-def _scaled(way: Vec, times: float) -> Vec:
-    x, y, z = (max(-MAX_DISTANCE, min(c * times, MAX_DISTANCE)) for c in way)
+def _scaled(displacement: Vec, times: float) -> Vec:
+    x, y, z = (max(-MAX_DISTANCE, min(c * times, MAX_DISTANCE)) for c in displacement)
     return x, y, z
 
 

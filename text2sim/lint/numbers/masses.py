@@ -17,7 +17,7 @@ from math import ceil, sqrt
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.settings import MIN_TIMECONST
 from text2sim.lint.facts import Facts
-from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, at_least
@@ -63,7 +63,7 @@ def _links(facts: Facts) -> Iterator[tuple[str, str | None, float]]:
         if tree is None or sum(1 for _ in tree.links()) == 1:
             yield name, None, facts.masses[copy.name]
             continue
-        totals = mechanics_of(facts).totals(copy)
+        totals = facts.once(Mechanics).totals(copy)
         movable = [link.name for link in tree.links() if link.all_joints()]
         link = min(movable, key=lambda link: totals[link].mass, default=None)
         if link is not None:
@@ -117,13 +117,13 @@ def _stacked(facts: Facts) -> Iterator[Problem]:
         size = min(sides(under))
         round_ = any(getattr(copy.shape, "kind", "") in ROUND_SHAPES for copy in pair)
         time = facts.settings.timeconst
-        way = _yield_distance(facts, EDGE_COMPLIANCE if round_ else FLAT_COMPLIANCE, time, high, low)
-        if way > MAX_YIELD_SHARE * size:
+        sag = _yield_distance(facts, EDGE_COMPLIANCE if round_ else FLAT_COMPLIANCE, time, high, low)
+        if sag > MAX_YIELD_SHARE * size:
             text = (
                 f"`{heavy.name}` ({high:.3g} kg) stands on `{light.name}` ({low:.3g} kg), which yields by about "
-                f"{amount(min(way, size) * 1e3, 'mm')} of its {amount(size * 1e3, 'mm')} at the present contact "
-                f"stiffness; use {_needed_settings(facts, time * sqrt(MAX_YIELD_SHARE * size / way), contact=True)}, "
-                f"or a mass ratio below {high / low * MAX_YIELD_SHARE * size / way:.2g}"
+                f"{amount(min(sag, size) * 1e3, 'mm')} of its {amount(size * 1e3, 'mm')} at the present contact "
+                f"stiffness; use {_needed_settings(facts, time * sqrt(MAX_YIELD_SHARE * size / sag), contact=True)}, "
+                f"or a mass ratio below {high / low * MAX_YIELD_SHARE * size / sag:.2g}"
             )
             yield facts.problem("mass-ratio", facts.where(light.name), text, key=True)
 
@@ -140,15 +140,15 @@ def _welded(facts: Facts) -> Iterator[Problem]:
             if carried <= 0.0 or not facts.free(load) or facts.free(holder) or not facts.moves(holder):
                 continue
             own = _mass_beyond(facts, holder, link)
-            way = _yield_distance(facts, WELD_COMPLIANCE, time, carried, own) if own > 0.0 else 0.0
+            sag = _yield_distance(facts, WELD_COMPLIANCE, time, carried, own) if own > 0.0 else 0.0
             control = facts.case.actions.controls[weld.control]
-            if way > MAX_WELD_YIELD and isinstance(control, Attach):
+            if sag > MAX_WELD_YIELD and isinstance(control, Attach):
                 what = f"`{name}.{link}`" if link else f"`{name}`"
                 text = (
                     f"`{other}` ({carried:.3g} kg) hangs on {what} ({own:.3g} kg): the weld is softer, the lighter the "
-                    f"link is, and sags by about {amount(way * 1e3, 'mm')}; use "
-                    f"{_needed_settings(facts, time * sqrt(MAX_WELD_YIELD / way), contact=False)}, or a link of "
-                    f"{at_least(own * way / MAX_WELD_YIELD)} kg"
+                    f"link is, and sags by about {amount(sag * 1e3, 'mm')}; use "
+                    f"{_needed_settings(facts, time * sqrt(MAX_WELD_YIELD / sag), contact=False)}, or a link of "
+                    f"{at_least(own * sag / MAX_WELD_YIELD)} kg"
                 )
                 yield facts.problem("mass-ratio", ("actions", "controls", weld.control), text, key=True)
 
@@ -157,7 +157,7 @@ def _mass_beyond(facts: Facts, copy: Copy, link: str | None) -> float:
     """Return the mass [kg] of a link with all beyond it."""
     if copy.model.kind in ("rigid", "driven"):
         return facts.masses.get(copy.name, 0.0) if copy.model.kind == "rigid" else 0.0
-    totals = mechanics_of(facts).totals(copy)
+    totals = facts.once(Mechanics).totals(copy)
     tree = facts.tree(copy)
     name = link or (tree.roots[0].name if tree is not None and tree.roots else "")
     return totals[name].mass if name in totals else 0.0

@@ -8,6 +8,7 @@ from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.distance_field import MAX_NODES, DistanceField
 from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.meshfile import MeshFile
+from text2sim.compiler.shapes.triangles import enclosed_volume
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts, once_per_case
 from text2sim.lint.rule import Rule
@@ -19,7 +20,7 @@ from text2sim.spec_schema.text.document import Path
 
 # numpy is imported where it is used, because a check of a plain case must be quick.
 if TYPE_CHECKING:
-    import numpy as np
+    pass
 
 LONG_TRIANGLE, MAX_LONG_SHARE = 1 / 3, 0.7
 """Share of the mesh's size above which a triangle is long, and largest share of the surface in such triangles."""
@@ -110,20 +111,12 @@ def _surface(mesh: MeshFile) -> _Surface:
 
     faces = mesh.faces
     directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    ways = np.where(directed[:, 0] < directed[:, 1], 1, -1)
+    signs = np.where(directed[:, 0] < directed[:, 1], 1, -1)
     keys = directed.min(axis=1) * len(mesh.vertices) + directed.max(axis=1)
     _, index, counts = np.unique(keys, return_inverse=True, return_counts=True)
-    balance = np.bincount(index.ravel(), weights=ways)
+    balance = np.bincount(index.ravel(), weights=signs)
     closed = counts == 2
-    return _Surface(int((~closed).sum()), int((closed & (balance != 0)).sum()), _volume(mesh.vertices, faces))
-
-
-def _volume(vertices: "np.ndarray", faces: "np.ndarray") -> float:
-    """Return the volume that triangles enclose, in the file's unit; negative if they face inward."""
-    import numpy as np
-
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
+    return _Surface(int((~closed).sum()), int((closed & (balance != 0)).sum()), enclosed_volume(mesh.vertices, faces))
 
 
 def _open_meshes(facts: Facts) -> Iterator[Problem]:
@@ -206,8 +199,10 @@ def _long_share(mesh: MeshFile) -> float:
     """Return the share of the surface in triangles longer than `LONG_TRIANGLE` of the longest side of the mesh."""
     import numpy as np
 
+    from text2sim.assets.surface import triangle_areas
+
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    area = triangle_areas(mesh.vertices[mesh.faces])
     edge = np.maximum.reduce([np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a))])
     whole = area.sum()
     return float(area[edge > LONG_TRIANGLE * np.ptp(mesh.vertices, axis=0).max()].sum() / whole) if whole > 0 else 0.0
@@ -215,7 +210,7 @@ def _long_share(mesh: MeshFile) -> float:
 
 def _needless_decomposition(facts: Facts) -> Iterator[Problem]:
     uses = [use for use, _ in _exact(facts)]
-    hulls = [_volume(use.mesh.hull_vertices, use.mesh.hull_faces) for use in uses]
+    hulls = [enclosed_volume(use.mesh.hull_vertices, use.mesh.hull_faces) for use in uses]
     if any(use.mesh.volume < CONVEX_FILL * hull for use, hull in zip(uses, hulls, strict=True)):
         return
     for use in uses:

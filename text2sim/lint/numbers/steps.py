@@ -13,7 +13,7 @@ from typing import Any
 from text2sim.compiler.schedules import extremes
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import spans_of
-from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, length
 from text2sim.spec_schema.errors import Problem
@@ -54,7 +54,7 @@ def _spins(facts: Facts) -> Iterator[tuple[Path, float]]:
         for copy in facts.placed[name]:
             if isinstance(copy.model, Driven) and isinstance(copy.model.motion, Spin):
                 yield ("bodies", name, "motion", "speed"), max(map(abs, extremes(copy.model.motion.speed)))
-    mechanics = mechanics_of(facts)
+    mechanics = facts.once(Mechanics)
     for (entity, name), spans in spans_of(facts).items():
         for span in spans:
             if span.mode == "velocity":

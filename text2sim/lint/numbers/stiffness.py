@@ -18,7 +18,7 @@ from math import ceil, inf, sqrt
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.loaded_joint import LoadedJoint
-from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.joints.motors import powered
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, at_least
@@ -37,7 +37,7 @@ CHAIN_STEP, LOOP_STEP = 0.005, 0.0025
 
 @one_per_place
 def _stiff(facts: Facts) -> Iterator[Problem]:
-    mechanics = mechanics_of(facts)
+    mechanics = facts.once(Mechanics)
     for motor in powered(facts):
         joint = motor.joint
         if motor.stiffness > 0.0 and not joint.closed and any(span.mode == "position" for span in motor.spans):

@@ -19,7 +19,7 @@ from text2sim.lint.script.gap_bounds import height, min_gap
 from text2sim.lint.script.measure_bounds import JOINT_MEASURES, subjects, values_of
 from text2sim.lint.script.outcomes import bound_of, count_bounds
 from text2sim.lint.script.start_values import value_at_rest
-from text2sim.lint.script.targets import targets_of
+from text2sim.lint.script.targets import Targets
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.controls import Attach, Release
@@ -121,7 +121,7 @@ def _measure(facts: Facts, expect: Expect) -> bool:
 
 
 def _may_touch(facts: Facts, between: tuple[str, str]) -> bool:
-    pairs = targets_of(facts).pairs(between)
+    pairs = facts.once(Targets).pairs(between)
     return pairs is None or any(min_gap(facts, a.copy, b.copy) < 1e-3 for a, b in pairs)
 
 

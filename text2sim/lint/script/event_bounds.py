@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from text2sim.lint.facts import Facts
-from text2sim.lint.motion.reach import never_meet, reach_of
+from text2sim.lint.motion.reach import LinkReach, never_meet
 from text2sim.lint.script.measure_bounds import values_of
 from text2sim.lint.script.start_values import depth_inside
-from text2sim.lint.script.targets import StartTarget, targets_of
+from text2sim.lint.script.targets import StartTarget, Targets
 from text2sim.spec_schema.models.bodies import Articulated
 from text2sim.spec_schema.models.controls import Release, Remove
 
@@ -59,8 +59,8 @@ def _contact(facts: Facts, event: Any) -> EventBounds:
     if event.kind == "separation" and event.for_ > facts.case.scene.duration:
         duration = facts.case.scene.duration
         return EventBounds(f"it needs {event.for_:g} s without contact, and the run takes {duration:g} s")
-    reach, why = reach_of(facts), ""
-    for a, b in targets_of(facts).pairs(event.between) or ():
+    reach, why = facts.once(LinkReach), ""
+    for a, b in facts.once(Targets).pairs(event.between) or ():
         why = _why_no_contact(a, b)
         if not why and never_meet(reach.body(a.copy, a.link), reach.body(b.copy, b.link)):
             why = f"their joints and mounts keep `{a.label}` and `{b.label}` apart"
@@ -102,11 +102,11 @@ def _rest_bounds(facts: Facts, event: Any) -> EventBounds:
 
 
 def _region(facts: Facts, event: Any) -> EventBounds:
-    reach = reach_of(facts)
+    reach = facts.once(LinkReach)
     region = facts.case.scene.domain if event.kind == "left_domain" else event.region
     if region is None or getattr(region, "moves_with", None) is not None:
         return EventBounds()
-    for target in targets_of(facts).select(event.of):
+    for target in facts.once(Targets).select(event.of):
         ball = reach.origin(target.copy, target.link) if target.known and not target.driven else None
         if ball is None:
             return EventBounds()
@@ -115,7 +115,7 @@ def _region(facts: Facts, event: Any) -> EventBounds:
         starts_outside = event.kind == "left_domain" and depth_inside(region, target.origin) <= 0.0
         if starts_outside or not (inside or (outside and event.kind != "left_domain")):
             return EventBounds()
-    selected = targets_of(facts).select(event.of)
+    selected = facts.once(Targets).select(event.of)
     if not selected:
         return EventBounds()
     where = "the domain" if event.kind == "left_domain" else "the region"

@@ -10,7 +10,7 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.script.event_bounds import bounds_of
 from text2sim.lint.script.measure_bounds import values_of
 from text2sim.lint.script.start_values import depth_inside
-from text2sim.lint.script.targets import targets_of
+from text2sim.lint.script.targets import Targets
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import quoted
@@ -37,7 +37,7 @@ def _true_at_start(facts: Facts) -> Iterator[Problem]:
 
 
 def _contact(facts: Facts, event: Any) -> str:
-    pairs = targets_of(facts).pairs(event.between) or []
+    pairs = facts.once(Targets).pairs(event.between) or []
     if any(target.link is not None or target.part is not None for pair in pairs for target in pair):
         return ""
     for a, b in pairs:
@@ -66,15 +66,15 @@ def _threshold(facts: Facts, event: Any) -> str:
     below = event.below is not None and values.start + values.error < event.below
     if not above and not below:
         return ""
-    way, bound = ("above", event.above) if above else ("below", event.below)
+    side, bound = ("above", event.above) if above else ("below", event.below)
     return (
-        f"`{event.measure}` is {values.start:.4g}{unit} at the start, already {way} {bound:g}{unit}; it happens only "
+        f"`{event.measure}` is {values.start:.4g}{unit} at the start, already {side} {bound:g}{unit}; it happens only "
         f"when the measure comes back and crosses {bound:g} again"
     )
 
 
 def _region(facts: Facts, event: Any) -> str:
-    targets = targets_of(facts).select(event.of)
+    targets = facts.once(Targets).select(event.of)
     if not targets or not all(target.known for target in targets):
         return ""
     depths = [depth_inside(event.region, target.origin) for target in targets]
@@ -86,7 +86,7 @@ def _region(facts: Facts, event: Any) -> str:
 
 
 def _rest_at_start(facts: Facts, event: Any) -> str:
-    targets = targets_of(facts).select(event.of)
+    targets = facts.once(Targets).select(event.of)
     if not targets or any(target.driven for target in targets) or not all_still(facts):
         return ""
     if any(row.entity == target.copy.name for target in targets for row in facts.rows.velocities):

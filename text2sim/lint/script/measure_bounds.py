@@ -12,11 +12,11 @@ from typing import Any
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.joints.loaded_joint import LoadedJoint
-from text2sim.lint.joints.mechanics import mechanics_of
-from text2sim.lint.motion.reach import reach_of
+from text2sim.lint.joints.mechanics import Mechanics
+from text2sim.lint.motion.reach import LinkReach
 from text2sim.lint.parts import sides
 from text2sim.lint.script.start_values import COLUMN, ROUNDING, start_of
-from text2sim.lint.script.targets import StartTarget, targets_of
+from text2sim.lint.script.targets import StartTarget, Targets
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.names.measure_references import CONTACT_KINDS, PAIRS
@@ -87,7 +87,7 @@ def values_of(facts: Facts, name: str) -> Values:
 
 def subjects(facts: Facts, measure: Any) -> list[StartTarget]:
     """Return the targets of a measure."""
-    found = targets_of(facts)
+    found = facts.once(Targets)
     if measure.kind in PAIRS:
         return [t for name in measure.measures for t in subjects(facts, facts.case.actions.measures[name])]
     if isinstance(measure, measures.Threaded | measures.Submerged):
@@ -160,13 +160,13 @@ def _of_one(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
     if kind in BOUNDS_OF_KIND:
         return BOUNDS_OF_KIND[kind]
     if kind == "threaded":
-        targets = targets_of(facts).select(measure.of)
+        targets = facts.once(Targets).select(measure.of)
     if kind in ("count_in", "threaded"):
         return 0.0, float(len(targets)), _number_in_words(measure, targets)
     if kind == "pieces":
         return float(len(targets)), inf, f"there are {len(targets)} bodies"
     if kind == "contact_count" and measure.by is not None:
-        pairs = len(targets) * len(targets_of(facts).select(measure.by))
+        pairs = len(targets) * len(facts.once(Targets).select(measure.by))
         return 0.0, float(pairs), f"there are {pairs} pairs"
     moving_frame = getattr(measure, "frame", None) is not None
     if kind == "position" or (kind == "displacement" and measure.axis is not None and not moving_frame):
@@ -179,7 +179,7 @@ def _of_one(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
 
 def _coordinate_bounds(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
     """Return the bounds on a coordinate or its change, from the reach of a body."""
-    reach, column = reach_of(facts), COLUMN[measure.axis]
+    reach, column = facts.once(LinkReach), COLUMN[measure.axis]
     low, high = inf, -inf
     for target in targets:
         ball = reach.origin(target.copy, target.link) if target.known else None
@@ -191,7 +191,7 @@ def _coordinate_bounds(facts: Facts, measure: Any, targets: list[StartTarget]) -
 
 
 def _distance_bounds(facts: Facts, targets: list[StartTarget]) -> Bounds:
-    reach, high = reach_of(facts), 0.0
+    reach, high = facts.once(LinkReach), 0.0
     for target in targets:
         ball = reach.origin(target.copy, target.link) if target.known else None
         if ball is None:
@@ -218,7 +218,7 @@ def _frozen(measure: Any, targets: list[StartTarget]) -> str:
 
 
 def _of_joints(facts: Facts, measure: Any, targets: list[StartTarget]) -> Values:
-    mechanics = mechanics_of(facts)
+    mechanics = facts.once(Mechanics)
     found = [mechanics.joint(target.copy, target.link or target.copy.body) for target in targets]
     joints = [joint for joint in found if joint is not None]
     if len(joints) < len(found) or measure.stat in ("count", "sum", "std", "range"):

@@ -85,8 +85,8 @@ def _verdict(bound: Bound, values: Values) -> tuple[str, str]:
     unit = f" {values.unit}".rstrip()
     if high <= bound.low or low >= bound.high:
         edge = bound.low if high <= bound.low else bound.high
-        way = "above" if high <= bound.low else "below"
-        return "fails", f"it can never be {way} {edge:.6g}{unit}: {values.why}"
+        side = "above" if high <= bound.low else "below"
+        return "fails", f"it can never be {side} {edge:.6g}{unit}: {values.why}"
     if (low > bound.low or bound.low == -inf) and (high < bound.high or bound.high == inf):
         return "holds", f"it is always true: {values.why}"
     if values.start is None or bound.first > 0.0:

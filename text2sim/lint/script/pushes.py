@@ -103,9 +103,10 @@ def _off_body(facts: Facts) -> Iterator[Problem]:
         if row.link is not None and (tree := facts.tree(copy)) is not None:
             frames = {link.name: (pos, quat) for link, pos, quat, _ in tree_links(tree, copy.pos, copy.quat)}
             pos, quat = frames.get(row.link, (pos, quat))
-        box = union(part.box for part in facts.parts(copy) if row.link is None or part.link == row.link)
-        if box is None:
+        boxes = [part.box for part in facts.parts(copy) if row.link is None or part.link == row.link]
+        if not boxes:
             continue
+        box = union(boxes)
         point = frame_apply(pos, quat, row.point)
         off = dist(point, [min(max(c, low), high) for c, low, high in zip(point, *box, strict=True)])
         if off > MAX_POINT_DISTANCE * max(sides(box)):

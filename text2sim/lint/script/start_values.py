@@ -9,7 +9,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import StartVelocity
 from text2sim.compiler.shapes.rotation import Vec, vector_dot, vector_unit
 from text2sim.lint.facts import Facts
-from text2sim.lint.script.targets import StartTarget, targets_of
+from text2sim.lint.script.targets import StartTarget, Targets
 from text2sim.spec_schema.models.space import BoxRegion, SphereRegion
 
 COLUMN = {"x": 0, "y": 1, "z": 2}
@@ -136,7 +136,7 @@ def _extent(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> float
 
 
 def _distance(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> float | None:
-    pairs = targets_of(facts).pairs(measure.between, MAX_DISTANCES) or ()
+    pairs = facts.once(Targets).pairs(measure.between, MAX_DISTANCES) or ()
     return min((dist(a.origin, b.origin) for a, b in pairs), default=None)
 
 

@@ -49,7 +49,7 @@ class StartTarget:
 
 
 class Targets:
-    """Targets of selectors, each looked up once; see `targets_of`."""
+    """Targets of selectors, each looked up once, from `facts.once`."""
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
@@ -100,8 +100,3 @@ class Targets:
         known = first is not None and getattr(copy.model, "file", None) is None
         moves = any(standing.moves for standing in chosen)
         return StartTarget(copy, part, first, known, first is None or first.moves, moves, driven)
-
-
-def targets_of(facts: Facts) -> Targets:
-    """Return the targets of the selectors of a case."""
-    return facts.once(Targets)

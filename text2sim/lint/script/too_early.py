@@ -10,20 +10,20 @@ from math import inf
 from typing import Any
 
 from text2sim.lint.facts import Facts
-from text2sim.lint.motion.causes import Causes, causes_of
+from text2sim.lint.motion.causes import Causes
 from text2sim.lint.rule import Rule
 from text2sim.lint.script.gap_bounds import min_gap
 from text2sim.lint.script.measure_bounds import values_of
 from text2sim.lint.script.outcomes import bound_of, count_bounds, field_of
 from text2sim.lint.script.start_values import depth_inside
-from text2sim.lint.script.targets import StartTarget, targets_of
+from text2sim.lint.script.targets import StartTarget, Targets
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.measures import Displacement, Position
 
 
 def _too_soon(facts: Facts) -> Iterator[Problem]:
-    causes = causes_of(facts)
+    causes = facts.once(Causes)
     actions = facts.case.actions
     for name, expect in actions.expect.items():
         where = ("actions", "expect", name)
@@ -32,10 +32,10 @@ def _too_soon(facts: Facts) -> Iterator[Problem]:
         if expect.event is not None:
             if expect.within is None or count_bounds(expect)[1] == 0:
                 continue
-            way = _shortest_distance(facts, actions.events[expect.event])
+            distance = _shortest_distance(facts, actions.events[expect.event])
             _, last = span_of(expect.within, facts.case.scene.duration)
-            if not causes.reaches(way, last):
-                text = f"`{expect.event}` needs a motion of {way:.3g} m" + _why_too_far(causes, way, last)
+            if not causes.reaches(distance, last):
+                text = f"`{expect.event}` needs a motion of {distance:.3g} m" + _why_too_far(causes, distance, last)
                 yield facts.problem("too-soon", (*where, "within"), text)
         elif expect.measure is not None:
             bound, values = bound_of(expect, facts.case.scene.duration), values_of(facts, expect.measure)
@@ -48,12 +48,12 @@ def _too_soon(facts: Facts) -> Iterator[Problem]:
                 continue
             # A minimum or maximum may occur at the end of the span; a bound on all values applies from its start.
             by = bound.first if bound.stat == "all" else bound.last
-            way = max(bound.low - values.start, values.start - bound.high)
+            change = max(bound.low - values.start, values.start - bound.high)
             if bound.stat in ("max", "min") and (bound.stat == "max") != (bound.low > values.start):
                 continue
-            if by > 0.0 and not causes.reaches(way, by):
-                text = f"`{expect.measure}` has to change by {way:.3g} {values.unit} from its start"
-                text += _why_too_far(causes, way, by)
+            if by > 0.0 and not causes.reaches(change, by):
+                text = f"`{expect.measure}` has to change by {change:.3g} {values.unit} from its start"
+                text += _why_too_far(causes, change, by)
                 yield facts.problem("too-soon", (*where, field_of(expect)), text)
 
 
@@ -71,10 +71,10 @@ def _why_too_far(causes: Causes, distance: float, by: float) -> str:
 def _shortest_distance(facts: Facts, event: Any) -> float:
     """Return the shortest distance [m] that some body has to move before an event; 0 if it is not known."""
     if event.kind == "contact":
-        pairs = targets_of(facts).pairs(event.between) or ()
+        pairs = facts.once(Targets).pairs(event.between) or ()
         return min((_gap(facts, a, b) for a, b in pairs), default=0.0)
     if event.kind == "enters" and event.region.moves_with is None:
-        targets = targets_of(facts).select(event.of)
+        targets = facts.once(Targets).select(event.of)
         if any(not target.known for target in targets):
             return 0.0
         return min((max(0.0, -depth_inside(event.region, target.origin)) for target in targets), default=0.0)

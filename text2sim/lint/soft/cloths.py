@@ -14,7 +14,7 @@ from text2sim.compiler.soft.scales import sheet_size
 from text2sim.compiler.soft.settings import MAX_OWN_STRETCH, STRETCH_ITERATIONS, own_stretch
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
+from text2sim.lint.soft.facts import SoftBody, SoftFacts
 from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
@@ -34,7 +34,7 @@ MIN_VISIBLE_GAP = 0.005
 
 def _passes(facts: Facts) -> Iterator[Problem]:
     """Report cloth and rigid bodies that meet too fast for the contact shell of the cloth."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     room, h = soft.particle / 2, facts.substep
     found: dict[tuple[str, str], tuple[float, SoftBody, Copy]] = {}
     for body, copy in soft.pairs("pbd"):
@@ -71,7 +71,7 @@ def _drag_diverges(facts: Facts) -> Iterator[Problem]:
     In a substep h, drag c |v| v changes the speed v of a point of mass m by c v² h / m; beyond 2 m / (c h) that is more
     than 2 v, and the speed grows.
     """
-    soft, h = soft_facts(facts), facts.substep
+    soft, h = facts.once(SoftFacts), facts.substep
     blown = {row.entity for row in facts.plan.airflows}  # where an airflow replaces it
     for body in soft.of("pbd"):
         resistance = getattr(body.model.material, "air_resistance", None)
@@ -93,7 +93,7 @@ def _drag_diverges(facts: Facts) -> Iterator[Problem]:
 
 def _sags(facts: Facts) -> Iterator[Problem]:
     """Report cloth that its solver lets stretch under its own weight; see `own_stretch`."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     pbd = facts.settings.soft.pbd if facts.settings.soft is not None else None
     seen = set()
     for body in soft.of("pbd"):
@@ -105,15 +105,15 @@ def _sags(facts: Facts) -> Iterator[Problem]:
         seen.add(body.body)
         times = math.sqrt(stretch / MAX_OWN_STRETCH)
         more = math.ceil(times * facts.case.scene.dt / h)
-        way = f"use cells of {length(size * times)}, or scene.substeps of {more}"
+        remedy = f"use cells of {length(size * times)}, or scene.substeps of {more}"
         if own_stretch(long, size, h, STRETCH_ITERATIONS[-1], facts.pull) <= MAX_OWN_STRETCH:
-            way = "leave out `stretch_iterations` of scene.pbd"
+            remedy = "leave out `stretch_iterations` of scene.pbd"
         text = (
             f"`{body.name}` is {length(long)} long and has cells of {length(size)}: with {pbd.stretch_iterations} "
             f"stretch iterations in substeps of {h:.3g} s, its own weight makes it {100 * stretch:.2g} % longer "
             "where it hangs"
         )
-        yield facts.problem("cloth-sags", facts.first_given(body.body, "cell", "shape"), f"{text}; {way}")
+        yield facts.problem("cloth-sags", facts.first_given(body.body, "cell", "shape"), f"{text}; {remedy}")
 
 
 def _meeting_speed(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> float:
@@ -137,13 +137,13 @@ def _blame(facts: Facts, body: SoftBody, copy: Copy) -> tuple[str | int, ...]:
         if row.entity in names:
             return ("actions", "controls", row.control)
     return facts.first_given(
-        body.body if soft_facts(facts).comes_down_on(body.copy, copy) else copy.body, "place", "pose"
+        body.body if facts.once(SoftFacts).comes_down_on(body.copy, copy) else copy.body, "place", "pose"
     )
 
 
 def _one_way(facts: Facts) -> Iterator[Problem]:
     """Report points that are attached to a free body, which they never pull."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     solvers = {body.body: body.solver for body in soft.of("mpm", "fem")}
     for name, control in facts.case.actions.controls.items():
         if control.kind != "attach" or control.to == "world":
@@ -162,7 +162,7 @@ def _one_way(facts: Facts) -> Iterator[Problem]:
 
 def _off_its_holder(facts: Facts) -> Iterator[Problem]:
     """Report corners and points that are attached at a distance."""
-    soft, points = soft_facts(facts), BodyPoints({}, facts.folder)
+    soft, points = facts.once(SoftFacts), BodyPoints({}, facts.folder)
     for name, control in facts.case.actions.controls.items():
         if control.kind != "attach" or control.to == "world" or (region := control.region) is None:
             continue

@@ -4,8 +4,9 @@ from collections.abc import Iterator
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.soft.facts import soft_facts
+from text2sim.lint.soft.facts import SoftFacts
 from text2sim.lint.words import length
+from text2sim.runtime.progress import rough_duration
 from text2sim.spec_schema.errors import Problem
 
 MAX_POINTS = 5_000_000
@@ -41,7 +42,7 @@ def expected_wall_time(facts: Facts) -> float:
 
 def wall_time(facts: Facts) -> tuple[float, dict[str, int]]:
     """Return the wall time [s] of a simulated second on two cores, and the points or elements of each solver."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     counts: dict[str, int] = {}
     for body in soft.bodies:
         counts[body.solver] = counts.get(body.solver, 0) + soft.points(body)
@@ -56,7 +57,7 @@ def wall_time(facts: Facts) -> tuple[float, dict[str, int]]:
 
 def cost(facts: Facts) -> str:
     """Say what makes deformable bodies dear: points, substeps, and what coarser ones would save; empty without any."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     if not soft.bodies or soft.model == "ipc":
         return ""
     counts = wall_time(facts)[1]
@@ -70,14 +71,14 @@ def cost(facts: Facts) -> str:
 
 
 def _slow_run(facts: Facts) -> Iterator[Problem]:
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     if not soft.bodies or soft.model == "ipc":
         return
     second, counts = wall_time(facts)
     whole = second * facts.case.scene.duration
     if whole < LONG_RUN:
         return
-    text = f"about {second:.2g} s of wall time per simulated second, {_minutes(whole)} in all, on two cores: "
+    text = f"about {second:.2g} s of wall time per simulated second, {rough_duration(whole)} in all, on two cores: "
     most = max(counts, key=lambda solver: counts[solver])
     cells = (facts.where(body.body, "cell") for body in soft.of(most))
     where = facts.first_path(*cells, ("scene", "duration"))
@@ -85,7 +86,7 @@ def _slow_run(facts: Facts) -> Iterator[Problem]:
 
 
 def _too_many(facts: Facts) -> Iterator[Problem]:
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     for body in soft.bodies:
         if (count := soft.points(body)) > MAX_POINTS:
             larger = 1.1 * (count / MAX_POINTS) ** (1 / 3)
@@ -94,10 +95,6 @@ def _too_many(facts: Facts) -> Iterator[Problem]:
                 f"use {_grains(body.solver)} {larger:.2g} times as large"
             )
             yield facts.problem("too-many-points", facts.where(body.body), text, key=True)
-
-
-def _minutes(seconds: float) -> str:
-    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.2g} h"
 
 
 def _grains(solver: str) -> str:

@@ -8,7 +8,7 @@ from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, first_per_place
-from text2sim.lint.soft.facts import soft_facts
+from text2sim.lint.soft.facts import SoftFacts
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 
@@ -27,7 +27,7 @@ MAX_POISSON = 0.49
 
 @first_per_place
 def _too_stiff(facts: Facts) -> Iterator[Problem]:
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     for body in soft.of("fem"):
         thin = soft.thickness(body)
         longest = max(sides(extents(body.copy.shape, IDENTITY, facts.folder)))
@@ -47,7 +47,7 @@ def _too_stiff(facts: Facts) -> Iterator[Problem]:
 
 @first_per_place
 def _incompressible(facts: Facts) -> Iterator[Problem]:
-    for body in soft_facts(facts).of("fem", "mpm"):
+    for body in facts.once(SoftFacts).of("fem", "mpm"):
         nu = getattr(body.model.material, "poisson_ratio", None)
         if nu is None or nu <= MAX_POISSON:
             continue
@@ -62,7 +62,7 @@ def _incompressible(facts: Facts) -> Iterator[Problem]:
 
 @first_per_place
 def _model(facts: Facts) -> Iterator[Problem]:
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     for body in soft.of("fem"):
         model = body.model.material.model
         if model not in ("neo_hookean", "elasto_plastic") or (model == "neo_hookean" and soft.model == "ipc"):

@@ -12,7 +12,7 @@ from text2sim.compiler.shapes.softmesh import solid_volume
 from text2sim.compiler.soft.scales import PARTICLE_CELLS, Scales, scales, sheet_size, thickness
 from text2sim.compiler.soft.solvers import contact_model, is_soft, solver_of
 from text2sim.lint.facts import Facts
-from text2sim.lint.motion.whereabouts import whereabouts
+from text2sim.lint.motion.whereabouts import Whereabouts
 from text2sim.lint.parts import Ground, lowest_of
 from text2sim.lint.words import length
 
@@ -44,7 +44,7 @@ class SoftBody:
 
 
 class SoftFacts:
-    """The deformable bodies of a case; see `soft_facts`."""
+    """The deformable bodies of a case, from `facts.once`."""
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
@@ -136,19 +136,14 @@ class SoftFacts:
 
     def meets_plane(self, body: SoftBody, ground: Ground) -> bool:
         """Return whether a body could reach a plane."""
-        return lowest_of(whereabouts(self.facts).box(body.copy), ground.up) <= ground.level
+        return lowest_of(self.facts.once(Whereabouts).box(body.copy), ground.up) <= ground.level
 
     def pairs(self, *solvers: str) -> Iterator[tuple[SoftBody, Copy]]:
         """Yield the pairs of bodies of some solvers and rigid copies that could meet."""
         for body in self.of(*solvers):
             for copy in self.rigid:
-                if whereabouts(self.facts).meet(body.copy, copy):
+                if self.facts.once(Whereabouts).meet(body.copy, copy):
                     yield body, copy
-
-
-def soft_facts(facts: Facts) -> SoftFacts:
-    """Return the facts about deformable bodies of a case."""
-    return facts.once(SoftFacts)
 
 
 def touches_soft(model: Any) -> bool:

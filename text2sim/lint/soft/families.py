@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.lint.facts import Facts
-from text2sim.lint.motion.whereabouts import whereabouts
+from text2sim.lint.motion.whereabouts import Whereabouts
 from text2sim.lint.rule import Rule
-from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
+from text2sim.lint.soft.facts import SoftBody, SoftFacts
 from text2sim.spec_schema.errors import Problem
 
 TOUCHING_PAIRS: dict[str, set[frozenset[str]]] = {
@@ -41,7 +41,7 @@ FAMILY_NAMES = {
 
 
 def _cloth_without_ipc(facts: Facts) -> Iterator[Problem]:
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     if soft.model == "ipc":
         return
     for name in _names(soft.of("ipc")):
@@ -54,7 +54,7 @@ def _cloth_without_ipc(facts: Facts) -> Iterator[Problem]:
 
 
 def _frozen(facts: Facts) -> Iterator[Problem]:
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     if soft.model not in MODELS_WITH_STILL_MPM:
         return
     needs = next((b for b in soft.bodies if b.solver in ("fem", "ipc")), None)
@@ -73,7 +73,7 @@ def _frozen(facts: Facts) -> Iterator[Problem]:
 
 def _no_contact(facts: Facts) -> Iterator[Problem]:
     """Report each deformable body and each body that it would pass through once."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     seen: set[tuple[str, str]] = set()
     for body in soft.bodies:
         if body.solver == "ipc" and soft.model != "ipc" or body.solver == "mpm" and soft.model in MODELS_WITH_STILL_MPM:
@@ -101,7 +101,7 @@ def _possible_partners(soft: SoftFacts, body: SoftBody) -> Iterator[tuple[Copy, 
 def _could_meet(soft: SoftFacts, body: SoftBody, other: Copy) -> bool:
     if (ground := soft.facts.ground(other)) is not None:
         return soft.meets_plane(body, ground)
-    return whereabouts(soft.facts).meet(body.copy, other)
+    return soft.facts.once(Whereabouts).meet(body.copy, other)
 
 
 def _finding(facts: Facts, soft: SoftFacts, body: SoftBody, other: Copy, family: str) -> Problem:

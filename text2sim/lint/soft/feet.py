@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
-from text2sim.lint.soft.facts import soft_facts
+from text2sim.lint.soft.facts import SoftFacts
 from text2sim.lint.words import at_most, length
 from text2sim.spec_schema.errors import Problem
 
@@ -20,7 +20,7 @@ MAX_GAP_CELLS = 2.5
 
 @first_per_place
 def _narrow_foot(facts: Facts) -> Iterator[Problem]:
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     for body, copy in soft.pairs("mpm"):
         box = facts.box(copy)
         if body.model.kind != "soft" or box is None or not facts.free(copy):

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from text2sim.compiler.shapes.sagging import fold_radius
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
-from text2sim.lint.soft.facts import soft_facts
+from text2sim.lint.soft.facts import SoftFacts
 from text2sim.lint.words import at_most, length
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.sheets import Sheet
@@ -17,7 +17,7 @@ bends. Sheets of 1.6 m with cells of 25 mm flew apart in the first step with 0.6
 
 @first_per_place
 def _sharp_folds(facts: Facts) -> Iterator[Problem]:
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     for body in soft.of("pbd"):
         sheet = body.model.shape
         if not isinstance(sheet, Sheet) or not sheet.folds:

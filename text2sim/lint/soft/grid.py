@@ -7,7 +7,7 @@ from itertools import combinations
 from text2sim.compiler.soft.settings import sound_step, wave_speed
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.soft.facts import soft_facts
+from text2sim.lint.soft.facts import SoftFacts
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.soft.starts import closest_pairs
 from text2sim.lint.words import at_most, length, more_copies
@@ -26,7 +26,7 @@ MIN_GAP_CELLS = 2.0
 
 def _step(facts: Facts) -> Iterator[Problem]:
     """Report the stiffest body."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     h, dt = facts.substep, facts.case.scene.dt
     rows = {body.body: (wave_speed(body.model.material, body.model, h), body) for body in soft.of("mpm")}
     if not rows:
@@ -51,7 +51,7 @@ def _step(facts: Facts) -> Iterator[Problem]:
 
 
 def _thin_body(facts: Facts) -> Iterator[Problem]:
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     seen = set()
     for body in soft.of("mpm"):
         thin = soft.thickness(body)
@@ -74,7 +74,7 @@ def _thin_body(facts: Facts) -> Iterator[Problem]:
 
 def _too_near(facts: Facts) -> Iterator[Problem]:
     """Report each pair of mpm bodies that share grid nodes at the start once."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     room = MIN_GAP_CELLS * soft.cell
     merging = ("liquid", "granular")  # portions of one such body may touch
     pairs = ((a, b) for a, b in combinations(soft.of("mpm"), 2) if a.body != b.body or a.model.kind not in merging)

@@ -9,7 +9,7 @@ from text2sim.compiler.shapes.sagging import SHEET_THICKNESS
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
-from text2sim.lint.soft.facts import SoftFacts, soft_facts, touches_soft
+from text2sim.lint.soft.facts import SoftFacts, touches_soft
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.start.escape import overlapping
 from text2sim.lint.words import length, more_copies
@@ -24,7 +24,7 @@ MAX_LINK_PAIRS = 2000
 
 def _clearance(facts: Facts) -> Iterator[Problem]:
     """Report bodies that touch at the start, which libuipc refuses."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     if soft.model != "ipc":
         return
     gaps = Gaps(facts)
@@ -74,7 +74,7 @@ def _shell(copy: Copy) -> float:
 
 def _linked(facts: Facts) -> Iterator[Problem]:
     """Report bodies of several links that overlap at their joints."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     if soft.model != "ipc":
         return
     for name in facts.case.bodies:
@@ -95,7 +95,7 @@ def _linked(facts: Facts) -> Iterator[Problem]:
 
 def _controls(facts: Facts) -> Iterator[Problem]:
     """Report controls of deformable bodies that the coupler refuses or ignores."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     if soft.model != "ipc":
         return
     names = {body.body for body in soft.of("ipc", "fem")}
@@ -118,7 +118,7 @@ _INSTEAD = {
 @first_per_place
 def _fine(facts: Facts) -> Iterator[Problem]:
     """Report cloth whose triangles are smaller than its thickness."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     for body in soft.of("ipc"):
         thick, edge = body.model.material.thickness, soft.scales.spacing(body.body, "ipc")
         if edge > 2 * thick:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, first_per_place
-from text2sim.lint.soft.facts import soft_facts
+from text2sim.lint.soft.facts import SoftFacts
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 
@@ -21,7 +21,7 @@ MIN_CLOTH_PARTICLES = 8
 
 @first_per_place
 def _collapses(facts: Facts) -> Iterator[Problem]:
-    for body in soft_facts(facts).of("mpm", "fem"):
+    for body in facts.once(SoftFacts).of("mpm", "fem"):
         material = body.model.material
         key = "stiffness" if body.model.kind == "liquid" else "youngs_modulus"
         stiffness = getattr(material, key)
@@ -59,7 +59,7 @@ def _probable_unit(stiffness: float, weight: float) -> tuple[str, float] | None:
 
 @first_per_place
 def _coarse(facts: Facts) -> Iterator[Problem]:
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     for body in soft.of("pbd", "ipc"):
         side = max(sides(body.box))
         width = min(getattr(body.model.shape, "size", (side,)))

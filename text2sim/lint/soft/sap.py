@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.soft.facts import soft_facts, touches_soft
+from text2sim.lint.soft.facts import SoftFacts, touches_soft
 from text2sim.lint.start.escape import Effort, overlap_of, overlapping
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
@@ -18,7 +18,7 @@ MIN_OVERLAP, STEP_BUDGET = 1e-3, 4000
 
 def _floor(facts: Facts) -> Iterator[Problem]:
     """Report planes other than the one level floor of sap."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     if soft.model != "sap":
         return
     level = [ground for ground in facts.planes if ground.up[2] > MIN_UPRIGHT_COSINE]
@@ -41,7 +41,7 @@ def _floor(facts: Facts) -> Iterator[Problem]:
 
 def _crash(facts: Facts) -> Iterator[Problem]:
     """Report rigid bodies that overlap at the start, which crash sap."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     if soft.model != "sap":
         return
     effort, seen = Effort(STEP_BUDGET), set()
@@ -65,7 +65,7 @@ def _crash(facts: Facts) -> Iterator[Problem]:
 
 def _left_out(facts: Facts) -> Iterator[Problem]:
     """Report constraints of the engine's own solver, which sap replaces."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     if soft.model != "sap":
         return
     for row in facts.rows.welds:
@@ -93,7 +93,7 @@ def _left_out(facts: Facts) -> Iterator[Problem]:
 
 def _touches_all(facts: Facts) -> Iterator[Problem]:
     """Report rigid bodies with `touch_soft: false`, which sap ignores."""
-    if soft_facts(facts).model != "sap":
+    if facts.once(SoftFacts).model != "sap":
         return
     models = facts.case.scene.statics | facts.case.bodies
     if names := [name for name, model in models.items() if not touches_soft(model)]:

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.soft.lowering import mass
-from text2sim.compiler.soft.solver_domain import find_surroundings, way_of
+from text2sim.compiler.soft.solver_domain import find_surroundings, path_bounds
 from text2sim.compiler.soft.travel import travel
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule
-from text2sim.lint.soft.facts import SoftBody, soft_facts
+from text2sim.lint.soft.facts import SoftBody, SoftFacts
 from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
@@ -20,7 +20,7 @@ PADDING = 3
 
 def _outside(facts: Facts) -> Iterator[Problem]:
     """Report each body that starts outside once."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     for solver, bounds, pad in _spaces(facts):
         found: dict[str, list[SoftBody]] = {}
         for body in soft.of(solver):
@@ -41,7 +41,7 @@ def _outside(facts: Facts) -> Iterator[Problem]:
 
 def _spaces(facts: Facts) -> Iterator[tuple[str, Bounds, float]]:
     """Yield solver, bounds [m] and wall thickness [m], if the case gives bounds."""
-    scene, soft = facts.case.scene, soft_facts(facts)
+    scene, soft = facts.case.scene, facts.once(SoftFacts)
     if scene.mpm.bounds is not None and soft.of("mpm"):
         yield "mpm", (scene.mpm.bounds.min, scene.mpm.bounds.max), PADDING * soft.cell
     if scene.pbd.bounds is not None and soft.of("pbd"):
@@ -61,7 +61,7 @@ def _excess(box: Bounds, bounds: Bounds, pad: float) -> list[tuple[float, str]]:
 
 def _floor_of_space(facts: Facts) -> Iterator[Problem]:
     """Report bounds that end so near to a plane that bodies rest on the wall, above the plane."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     for solver, (low, _), pad in _spaces(facts):
         level = low[2] + pad
         for ground in soft.planes:
@@ -82,27 +82,27 @@ def _leaving(facts: Facts) -> Iterator[Problem]:
     settings = facts.plan.settings.soft
     if settings is None:
         return
-    soft, case = soft_facts(facts), facts.case
+    soft, case = facts.once(SoftFacts), facts.case
     spaces = {"mpm": (settings.mpm, PADDING * soft.cell), "pbd": (settings.pbd, 0.0)}
     spaces = {solver: (space, pad) for solver, (space, pad) in spaces.items() if space is not None and soft.of(solver)}
     if not spaces:
         return
     masses = {body.name: mass(body.copy, facts.folder) for body in soft.bodies}
     controls = case.actions.controls.values()
-    ways = travel(facts.rows, controls, facts.placed, masses, facts.pull, case.scene.duration)
-    around = find_surroundings(facts.placed, ways, facts.folder)
+    travels = travel(facts.rows, controls, facts.placed, masses, facts.pull, case.scene.duration)
+    around = find_surroundings(facts.placed, travels, facts.folder)
     for solver, (space, pad) in spaces.items():
         is_given = getattr(case.scene, solver).bounds is not None
         seen = set()
         for body in soft.of(solver):
             if body.body in seen or _excess(body.box, (space.low, space.high), pad):
                 continue
-            there = way_of(body.copy, around, case.scene, ways, facts.folder)
+            reached = path_bounds(body.copy, around, case.scene, travels, facts.folder)
             if _is_held(facts, body):
-                there = _hung(body.box, there)
+                reached = _hung(body.box, reached)
             out = [
                 row
-                for row in _excess(there, (space.low, space.high), pad)
+                for row in _excess(reached, (space.low, space.high), pad)
                 if row[0] > soft.scales.spacing(body.body, solver)
             ]
             if not out:

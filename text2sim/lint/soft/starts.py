@@ -8,7 +8,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import apart
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
-from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
+from text2sim.lint.soft.facts import SoftBody, SoftFacts
 from text2sim.lint.soft.families import TOUCHING_PAIRS
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.start.escape import Effort, Escape, axes_first, overlap_of, overlapping
@@ -29,28 +29,28 @@ ROUNDING = 1e-9
 
 def _inside(facts: Facts) -> Iterator[Problem]:
     """Report each deformable body and each rigid one that it starts in once."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     effort = Effort(STEP_BUDGET)
     found: dict[tuple[str, str], list[tuple[float, str, SoftBody, Copy]]] = {}
     for body in soft.bodies:
         if frozenset(("rigid", body.solver)) not in TOUCHING_PAIRS[soft.model] or soft.model == "ipc":
             continue  # they have no contact, or another rule covers them
-        tolerated = _tolerated_depth(soft, body)
+        tolerated = max(MAX_DEPTH, {"mpm": soft.cell / 2, "pbd": soft.particle / 2}.get(body.solver, 0.0))
         for ground in soft.planes:
             depth = max((ground.depth(part) for part in facts.parts(body.copy)), default=0.0)
             if depth > tolerated:
-                way = "up" if ground.up[2] > 1 - 1e-9 else f"along {vector(ground.up)}"
-                found.setdefault((body.body, ground.copy.body), []).append((depth, way, body, ground.copy))
+                direction = "up" if ground.up[2] > 1 - 1e-9 else f"along {vector(ground.up)}"
+                found.setdefault((body.body, ground.copy.body), []).append((depth, direction, body, ground.copy))
         for copy in soft.rigid:
             if (row := _overlap(facts, body, copy, tolerated, effort)) is not None:
                 found.setdefault((body.body, copy.body), []).append((*row, body, copy))
     for rows in found.values():
-        depth, way, body, other = max(rows, key=lambda row: row[0])
+        depth, direction, body, other = max(rows, key=lambda row: row[0])
         text = (
             f"`{body.name}` starts {length(depth)} deep in `{other.name}`"
-            f"{more_copies(len(rows), 'pairs of their copies')}: {_CONSEQUENCES[body.solver]}; move it {way}"
+            f"{more_copies(len(rows), 'pairs of their copies')}: {_CONSEQUENCES[body.solver]}; move it {direction}"
         )
-        text += f" by {length(depth)}" if way else " out of it"
+        text += f" by {length(depth)}" if direction else " out of it"
         yield facts.problem("soft-inside", facts.first_given(body.body, "place", "pose", "repeat"), text, key=True)
 
 
@@ -60,11 +60,6 @@ _CONSEQUENCES = {
     "fem": "contact pushes it out with a destructive force",
     "ipc": "",
 }
-
-
-def _tolerated_depth(soft: SoftFacts, body: SoftBody) -> float:
-    """Return the depth [m] that a solver tolerates, because particles have a size."""
-    return max(MAX_DEPTH, {"mpm": soft.cell / 2, "pbd": soft.particle / 2}.get(body.solver, 0.0))
 
 
 def _overlap(facts: Facts, body: SoftBody, copy: Copy, min_depth: float, effort: Effort) -> tuple[float, str] | None:
@@ -77,14 +72,14 @@ def _overlap(facts: Facts, body: SoftBody, copy: Copy, min_depth: float, effort:
     if not pairs or effort.left <= 0:
         return None
     overlap = overlap_of(facts.parts(body.copy), facts.parts(copy), pairs, effort)
-    ways = axes_first([way for way in overlap.ways if not _grounded(soft_facts(facts), body, way)])
-    depth = ways[0].length if ways and body.model.kind == "cloth" else overlap.depth
-    return (depth, f"towards {ways[0].words}" if ways else "") if depth > min_depth else None
+    escapes = axes_first([escape for escape in overlap.escapes if not _grounded(facts.once(SoftFacts), body, escape)])
+    depth = escapes[0].length if escapes and body.model.kind == "cloth" else overlap.depth
+    return (depth, f"towards {escapes[0].words}" if escapes else "") if depth > min_depth else None
 
 
-def _grounded(soft: SoftFacts, body: SoftBody, way: Escape) -> bool:
+def _grounded(soft: SoftFacts, body: SoftBody, escape: Escape) -> bool:
     """Return whether a translation moves a body below the ground."""
-    down = -way.direction[2] * way.length
+    down = -escape.direction[2] * escape.length
     lowest = body.box[0][2] - down
     return down > 0.0 and any(ground.up[2] > 0.99 and lowest < ground.level - MAX_DEPTH for ground in soft.planes)
 
@@ -123,7 +118,7 @@ def closest_pairs(gaps: Gaps, pairs: Iterable[tuple[SoftBody, SoftBody]], room: 
 
 def _into_each_other(facts: Facts) -> Iterator[Problem]:
     """Report each pair of fem bodies, or of cloths, that start in each other once."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     gaps = Gaps(facts)
     fem = closest_pairs(gaps, combinations(soft.of("fem"), 2), ROUNDING)
     pbd = closest_pairs(gaps, combinations(soft.of("pbd"), 2), MIN_SPACING * soft.particle)
@@ -144,7 +139,7 @@ def _into_each_other(facts: Facts) -> Iterator[Problem]:
 @first_per_place
 def _dry(facts: Facts) -> Iterator[Problem]:
     duration = facts.case.scene.duration
-    for body in soft_facts(facts).of("mpm"):
+    for body in facts.once(SoftFacts).of("mpm"):
         shape = body.model.shape
         if isinstance(shape, Stream) and shape.start >= duration:
             text = f"`{body.name}` begins to flow at {shape.start:g} s, and the run ends at {duration:g} s"

@@ -8,7 +8,7 @@ from text2sim.compiler.soft.scales import PARTICLE_CELLS
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, first_per_place
-from text2sim.lint.soft.facts import SoftBody, soft_facts
+from text2sim.lint.soft.facts import SoftBody, SoftFacts
 from text2sim.lint.soft.walls import free_by, opening
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.regions import SIDES
@@ -22,7 +22,7 @@ TEARING_STRAIN = 0.5
 
 def _tearing(facts: Facts) -> Iterator[Problem]:
     """Report forces on small parts of mpm bodies."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     bodies = {body.body: body for body in soft.of("mpm") if body.model.kind == "soft"}
     for name, control in facts.case.actions.controls.items():
         if control.kind != "force":
@@ -61,7 +61,7 @@ def _tearing(facts: Facts) -> Iterator[Problem]:
 def _tears_itself(facts: Facts) -> Iterator[Problem]:
     """Report bodies whose own weight stretches them to where they tear."""
     held = {body_of(control.body) for control in facts.case.actions.controls.values() if control.kind == "attach"}
-    for body in soft_facts(facts).of("mpm"):
+    for body in facts.once(SoftFacts).of("mpm"):
         material, limit = body.model.material, getattr(body.model.material, "tear_stretch", None)
         if limit is None:
             continue
@@ -83,7 +83,7 @@ def _forced_stretch(facts: Facts, body: SoftBody) -> tuple[float, str]:
 
     A body of constant volume and mean cross-section A is A / a times as long in a bore of cross-section a.
     """
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     mean = soft.volume(body) / max(sides(body.box))
     worst, whose = 1.0, ""
     for one, copy in soft.pairs("mpm"):
@@ -114,7 +114,7 @@ def _area(facts: Facts, body: SoftBody, region: Any) -> float | None:
         return widths[1] * widths[2]
     if region.edge is not None or region.corner is not None:
         # One row of particles, or one of them.
-        grain = PARTICLE_CELLS * soft_facts(facts).cell
+        grain = PARTICLE_CELLS * facts.once(SoftFacts).cell
         along = [size[k] for k in range(3) if k not in {SIDES[side][0] for side in region.sides}]
         return grain * (along[0] if len(along) == 1 else grain)
     return None

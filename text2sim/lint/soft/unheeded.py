@@ -7,7 +7,7 @@ from text2sim.compiler.soft.settings import bending_step
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import REPLACING_CONTACT_MODELS, Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.soft.facts import soft_facts
+from text2sim.lint.soft.facts import SoftFacts
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.models.bodies import Articulated
@@ -20,7 +20,7 @@ from text2sim.spec_schema.text.document import Path
 
 def _no_records(facts: Facts) -> Iterator[Problem]:
     """Report measures and events of contacts between rigid bodies, which are not recorded."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     if soft.model not in REPLACING_CONTACT_MODELS:
         return
     actions = facts.case.actions
@@ -67,7 +67,7 @@ IGNORED_FIELDS = {
 
 def _ignored(facts: Facts) -> Iterator[Problem]:
     """Report each material value that has no effect."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     for name, solver in {body.body: body.solver for body in soft.of("pbd", "ipc")}.items():
         model = facts.case.bodies[name]
         if not isinstance(model, Cloth):
@@ -117,7 +117,7 @@ def _rigidity(facts: Facts, name: str, model: Cloth, rigidity: float) -> Iterato
         where = facts.where(name, "material", "bending_compliance")
         text = f"`{name}` has a rigidity, which replaces this; leave it out"
         yield facts.problem("unheeded-stuff", where, text, key=True)
-    cell, h = soft_facts(facts).scales.spacing(name, "pbd"), facts.substep
+    cell, h = facts.once(SoftFacts).scales.spacing(name, "pbd"), facts.substep
     reached = (bending_step(model, cell) / h) ** 2
     if reached < MIN_REACHED_RIGIDITY:
         text = (

@@ -9,7 +9,7 @@ from text2sim.compiler.soft.scales import thickness
 from text2sim.compiler.soft.solvers import unfelt_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
-from text2sim.lint.soft.facts import SoftFacts, soft_facts
+from text2sim.lint.soft.facts import SoftFacts
 from text2sim.lint.words import at_most, length
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.soft_bodies import FLOWING
@@ -39,7 +39,7 @@ MIN_NECK_CELLS = 2.5
 
 def _thin_wall(facts: Facts) -> Iterator[Problem]:
     """Report each rigid body that is too thin for the grid once."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     seen = set()
     for body, copy in soft.pairs("mpm"):
         if copy.body in seen:
@@ -113,7 +113,7 @@ def _wanted_cells(facts: Facts, copy: Copy, body: Any) -> tuple[float, str, str]
 @first_per_place
 def _narrow(facts: Facts) -> Iterator[Problem]:
     """Report funnels and tubes that are too narrow for an mpm body."""
-    soft = soft_facts(facts)
+    soft = facts.once(SoftFacts)
     for body, copy in soft.pairs("mpm"):
         radius = opening(copy.shape)
         if radius is None or radius >= MIN_NECK_CELLS * soft.cell * (1 - 1e-6):

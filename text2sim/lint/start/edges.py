@@ -5,14 +5,7 @@ from itertools import product
 from math import acos, degrees
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.rotation import (
-    Vec,
-    frame_apply,
-    vector_cross,
-    vector_dot,
-    vector_minus,
-    vector_unit,
-)
+from text2sim.compiler.shapes.rotation import Vec, frame_apply, vector_cross, vector_dot, vector_minus, vector_unit
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.flight import MAX_RESTING_GAP
 from text2sim.lint.parts import StandingPart

@@ -9,14 +9,7 @@ from dataclasses import dataclass, replace
 
 from text2sim.compiler.shapes.boxes import apart, union
 from text2sim.compiler.shapes.gjk import distance
-from text2sim.compiler.shapes.rotation import (
-    Vec,
-    quat_to_rows,
-    vector_dot,
-    vector_minus,
-    vector_plus,
-    vector_times,
-)
+from text2sim.compiler.shapes.rotation import Vec, quat_to_rows, vector_dot, vector_minus, vector_plus, vector_times
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.start import concave
@@ -87,7 +80,7 @@ class Overlap:
     """Thickness [m] of the thinner piece of that pair."""
     pair: tuple[StandingPart, StandingPart]
     """That pair: a piece of the first body, and one of the second."""
-    ways: list[Escape]
+    escapes: list[Escape]
     """Translations that free the first body as a whole, the shortest first."""
 
 
@@ -132,22 +125,22 @@ def overlap_of(
     pair = pairs[worst]
     own = Effort(min(max(effort.left, 0), MAX_STEPS_PER_OVERLAP))
     effort.left -= own.left
-    ways = []
+    escapes = []
     for direction, first in exits.items():
         length = _free_length(movers, others, direction, max(first), own)
         if length is not None:
-            ways.append(Escape(direction, length))
+            escapes.append(Escape(direction, length))
     effort.left += max(own.left, 0)
-    ways.sort(key=lambda way: (way.length, way.direction not in AXES))
-    return Overlap(depths[worst], min(pair[0].thickness, pair[1].thickness), pair, ways)
+    escapes.sort(key=lambda escape: (escape.length, escape.direction not in AXES))
+    return Overlap(depths[worst], min(pair[0].thickness, pair[1].thickness), pair, escapes)
 
 
-def axes_first(ways: Sequence[Escape]) -> list[Escape]:
+def axes_first(escapes: Sequence[Escape]) -> list[Escape]:
     """Return the translations, those along an axis first unless they are much longer than the shortest."""
-    if not ways:
+    if not escapes:
         return []
-    limit = MAX_AXIS_DETOUR * ways[0].length
-    return sorted(ways, key=lambda way: (way.length > limit, way.direction not in AXES, way.length))
+    limit = MAX_AXIS_DETOUR * escapes[0].length
+    return sorted(escapes, key=lambda escape: (escape.length > limit, escape.direction not in AXES, escape.length))
 
 
 def _free_length(
@@ -157,8 +150,7 @@ def _free_length(
     for _ in range(MAX_ROUNDS):
         step = vector_times(direction, length + ROUNDING_OVERLAP)
         moved = [(a, (vector_plus(a.box[0], step), vector_plus(a.box[1], step))) for a in movers]
-        around = union([box for _, box in moved])
-        assert around is not None
+        around = union(box for _, box in moved)
         near = [b for b in others if not apart(around, b.box, ROUNDING_OVERLAP)]
         if not effort.spend(len(moved) * len(near) // BOX_TESTS_PER_STEP):
             return None
@@ -182,9 +174,9 @@ def _cost(pairs: list[tuple[StandingPart, StandingPart]]) -> int:
     )
 
 
-def moved_part(part: StandingPart, way: Escape) -> StandingPart:
+def moved_part(part: StandingPart, escape: Escape) -> StandingPart:
     """Return a piece after a translation."""
-    return replace(part, pos=vector_plus(part.pos, vector_times(way.direction, way.length + ROUNDING_OVERLAP)))
+    return replace(part, pos=vector_plus(part.pos, vector_times(escape.direction, escape.length + ROUNDING_OVERLAP)))
 
 
 def _still_inside(a: StandingPart, b: StandingPart, step: Vec, effort: Effort) -> bool:

@@ -83,7 +83,7 @@ def _comes_down(facts: Facts, copy: Copy, grounds: list[Ground]) -> Vec | None:
     if not flies and min(ground.beside(copy.pos) for ground in grounds) < 0:
         return None
     flight = flight_of(facts, copy)
-    if flight is None or flight.meeting is not None or not any(flight.pull):
+    if flight is None or flight.meeting is not None or not any(flight.acceleration):
         return None
     # The path ends downward: bisect the time at which it passes the highest ground.
     level = max(ground.level / ground.up[2] for ground in grounds)

@@ -148,13 +148,13 @@ def _finding(
         text += ": the engine pushes them apart" + (f" at {push_speed(facts, depth):.2g} m/s" if known else "")
     else:
         text += ": they press against their mounts or joints for the whole run"
-    way = _way_out(facts, a, b, overlap, effort)
-    if way is None:
+    escape = _way_out(facts, a, b, overlap, effort)
+    if escape is None:
         text += "; move one, or use place"
     elif a.body == b.body:
-        text += f"; {length(way.length)} more between them along {way.words.lstrip('+-')} frees them"
+        text += f"; {length(escape.length)} more between them along {escape.words.lstrip('+-')} frees them"
     else:
-        text += f"; {length(way.length)} towards {way.words} frees `{a.name}`"
+        text += f"; {length(escape.length)} towards {escape.words} frees `{a.name}`"
     hull = next((part.piece for part in overlap.pair if part.piece.kind == "mesh"), None)
     if hull is not None and hull.collision == "hull":
         text += f" (`{hull.file}` collides by its convex hull; `collision: decompose` or `exact` keeps its hollows)"
@@ -177,15 +177,17 @@ def _pointer(facts: Facts, a: Copy, b: Copy) -> Path:
 
 def _way_out(facts: Facts, a: Copy, b: Copy, overlap: Overlap, effort: Effort) -> Escape | None:
     """Return the shortest translation, preferably along an axis, and not into another body."""
-    ways = axes_first(overlap.ways)
+    escapes = axes_first(overlap.escapes)
     if a.body == b.body:
-        return ways[0] if ways else None
-    return next((way for way in ways if not _blocked(facts, a, b, way, effort)), ways[0] if ways else None)
+        return escapes[0] if escapes else None
+    return next(
+        (escape for escape in escapes if not _blocked(facts, a, b, escape, effort)), escapes[0] if escapes else None
+    )
 
 
-def _blocked(facts: Facts, a: Copy, b: Copy, way: Escape, effort: Effort) -> bool:
+def _blocked(facts: Facts, a: Copy, b: Copy, escape: Escape, effort: Effort) -> bool:
     """Return whether a translation moves a copy into another body or below a plane."""
-    parts = [moved_part(part, way) for part in facts.parts(a)]
+    parts = [moved_part(part, escape) for part in facts.parts(a)]
     for plane in facts.planes:
         if any(plane.depth(part) > MIN_DEPTH for part in parts):
             return True

@@ -7,7 +7,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import Bounds, apart, grown
 from text2sim.compiler.shapes.rotation import vector_dot
 from text2sim.lint.facts import Facts
-from text2sim.lint.motion.whereabouts import whereabouts
+from text2sim.lint.motion.whereabouts import Whereabouts
 from text2sim.lint.parts import lowest_of
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import more_copies, vector
@@ -62,9 +62,10 @@ def _caught(facts: Facts, copy: Copy, resting: list[tuple[Copy, Bounds]]) -> boo
     if box is None:
         return True
     # It may topple by its own length, and roll.
-    reach, up = grown(whereabouts(facts).box(copy), math.dist(*box)), facts.up
+    whereabouts, up = facts.once(Whereabouts), facts.up
+    reach = grown(whereabouts.box(copy), math.dist(*box))
     top = -lowest_of(box, (-up[0], -up[1], -up[2]))
-    return any(lowest_of(held, up) < top and not apart(reach, whereabouts(facts).box(other)) for other, held in resting)
+    return any(lowest_of(held, up) < top and not apart(reach, whereabouts.box(other)) for other, held in resting)
 
 
 RULES = (

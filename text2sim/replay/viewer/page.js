@@ -30,8 +30,8 @@ class Replay {
       byId("trouble").hidden = false;
     }
     this.listen();
-    new ResizeObserver(() => { this.dress(); }).observe(this.canvas.parentElement);
-    window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.dress());
+    new ResizeObserver(() => { this.refresh(); }).observe(this.canvas.parentElement);
+    window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.refresh());
   }
 
   /** Shows a recording; one that replaces another keeps time and view, or follows the end. */
@@ -55,7 +55,7 @@ class Replay {
     this.listEvents();
     for (const note of data.notes) byId("notes").append(make("li", note));
     byId("notes-part").hidden = !data.notes.length;
-    this.dress();
+    this.refresh();
   }
 
   /** Looks through a camera of the film. */
@@ -72,7 +72,7 @@ class Replay {
   }
 
   /** Takes sizes and colours from the page. */
-  dress() {
+  refresh() {
     if (!this.data) return;
     this.resize();
     const dark = window.matchMedia("(prefers-color-scheme: dark)").matches;

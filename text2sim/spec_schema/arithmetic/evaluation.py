@@ -77,8 +77,10 @@ def _name(name: str, names: Mapping[str, Value]) -> Value:
         return CONSTANTS[name]
     if name not in names:
         known = list(names)
-        there = there_are(known) if known else "; there are no names here: add it to `params`"
-        raise ExpressionError(f"unknown name `{name}`{there}", nearest(name, [*known, *CONSTANTS]), "unknown-name")
+        known_names = there_are(known) if known else "; there are no names here: add it to `params`"
+        raise ExpressionError(
+            f"unknown name `{name}`{known_names}", nearest(name, [*known, *CONSTANTS]), "unknown-name"
+        )
     return names[name]
 
 

@@ -181,8 +181,8 @@ class _Parameters(Mapping[str, Value]):
                 cycle: list[str] = error.args[1][:0:-1]
                 first = min(cycle, key=list(self._raw).index)
                 turn = cycle.index(first)
-                way = " → ".join([*cycle[turn:], *cycle[:turn], first])
-                message = f"params refer to each other in a cycle: {way}"
+                shown = " → ".join([*cycle[turn:], *cycle[:turn], first])
+                message = f"params refer to each other in a cycle: {shown}"
                 sites = [p for p in self._resolver.sites if p[:2] == ("params", first)]
                 self._resolver.fail(sites[0], ExpressionError(message, rule="cycle"))
                 for name in cycle:

@@ -190,6 +190,17 @@ Axis = Direction | AxisName
 """A direction: ``x``, ``y``, ``z`` or a vector (normalised when it is resolved)."""
 
 
+def exactly_one_of(*names: str) -> Any:
+    """Return a validator of models: exactly one of these fields is given."""
+
+    def check(model: Model) -> Model:
+        if sum(getattr(model, name) is not None for name in names) != 1:
+            raise ValueError(f"give exactly one of {', '.join(names)}")
+        return model
+
+    return model_validator(mode="after")(check)
+
+
 class Bounds(Model):
     """An axis-aligned box."""
 

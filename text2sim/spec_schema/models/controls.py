@@ -15,6 +15,7 @@ from text2sim.spec_schema.models.base import (
     Selector,
     Vec3,
     Window,
+    exactly_one_of,
 )
 from text2sim.spec_schema.models.fields import Acting, Airflow, Attraction, Drag, Turbulence, Vortex, Wind
 from text2sim.spec_schema.models.motion import Schedule
@@ -111,11 +112,7 @@ class Drive(Acting):
     """Name of an event: the drive begins at its first time, and the times of the target are relative to that. A ramp
     without `from` starts at the previous target. The program has to detect the event, as for `release`."""
 
-    @model_validator(mode="after")
-    def _one_target(self) -> "Drive":
-        if sum(x is not None for x in (self.position, self.velocity, self.force)) != 1:
-            raise ValueError("give exactly one of position, velocity, force")
-        return self
+    _one_target = exactly_one_of("position", "velocity", "force")
 
 
 class Reach(Acting):
@@ -201,11 +198,7 @@ class Release(Acting):
     rigid bodies, a region entered or left, a threshold of a position, displacement, velocity, speed, distance or
     joint_position."""
 
-    @model_validator(mode="after")
-    def _one_moment(self) -> "Release":
-        if (self.at is None) == (self.on is None):
-            raise ValueError("give exactly one of at, on")
-        return self
+    _one_moment = exactly_one_of("at", "on")
 
 
 class Remove(Acting):
@@ -224,11 +217,7 @@ class Remove(Acting):
     on: Name | None = None
     """Name of an event: at its first time. The program has to detect it, as for `release`."""
 
-    @model_validator(mode="after")
-    def _one_moment(self) -> "Remove":
-        if (self.at is None) == (self.on is None):
-            raise ValueError("give exactly one of at, on")
-        return self
+    _one_moment = exactly_one_of("at", "on")
 
 
 Control = Annotated[

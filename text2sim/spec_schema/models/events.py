@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from text2sim.spec_schema.models.base import (
     ByKind,
@@ -15,6 +15,7 @@ from text2sim.spec_schema.models.base import (
     Seconds,
     Selector,
     Selectors,
+    exactly_one_of,
     listed,
 )
 from text2sim.spec_schema.models.space import Region
@@ -63,11 +64,7 @@ class ThresholdEvent(_Event):
     below: Real | None = None
     """It falls to this value."""
 
-    @model_validator(mode="after")
-    def _one_bound(self) -> "ThresholdEvent":
-        if (self.above is None) == (self.below is None):
-            raise ValueError("give exactly one of above, below")
-        return self
+    _one_bound = exactly_one_of("above", "below")
 
 
 class RestEvent(_Event):

@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.models.base import Model, Name
+from text2sim.spec_schema.models.base import Model, Name, exactly_one_of
 
 MAX_RUNS = 200
 """Largest number of runs of a sweep."""
@@ -20,10 +20,10 @@ class Sweep(Model):
     variants: list[Name] | None = Field(default=None, min_length=1)
     """Names of variants, one for each run."""
 
+    _one_form = exactly_one_of("grid", "points", "variants")
+
     @model_validator(mode="after")
-    def _one_form(self) -> "Sweep":
-        if sum(form is not None for form in (self.grid, self.points, self.variants)) != 1:
-            raise ValueError("give exactly one of grid, points, variants")
+    def _small(self) -> "Sweep":
         if self.size > MAX_RUNS:
             raise ValueError(f"a sweep may have at most {MAX_RUNS} runs (got {self.size})")
         return self

@@ -162,8 +162,8 @@ def _check_motor(table: NameTable, where: Path, control: Drive, member: Member) 
     if joint is None:
         return
     if joint.actuator is None:
-        there = f"in `joints` of `{member.name}`" if getattr(member.model, "file", None) else "at its joint"
-        message = f"`{member.text}` has no actuator; give it one {there}: `actuator: {{stiffness: …, damping: …}}`"
+        place = f"in `joints` of `{member.name}`" if getattr(member.model, "file", None) else "at its joint"
+        message = f"`{member.text}` has no actuator; give it one {place}: `actuator: {{stiffness: …, damping: …}}`"
         if isinstance(member.model, Linked):
             message = f"`{member.text}` has no actuator: the joints of `{member.name}` are passive"
         table.report((*where, "joint"), message, "no-actuator")

@@ -242,13 +242,13 @@ class NameTable:
         if model.repeat is None:
             self.report(where, f"`{name}` has no repeat, so it has no copies", "no-copies", name)
             return False
-        there = f"`{name}` has {copies} copies, `{name}[0]` to `{name}[{copies - 1}]`"
+        copies_text = f"`{name}` has {copies} copies, `{name}[0]` to `{name}[{copies - 1}]`"
         if chosen.last <= chosen.first:
             message = f"`{name}[{chosen.first}:{chosen.last}]` is empty: its end must be larger than its start"
             self.report(where, message, "no-such-copy")
             return False
         if chosen.last > copies:
-            self.report(where, there, "no-such-copy")
+            self.report(where, copies_text, "no-such-copy")
             return False
         return True
 

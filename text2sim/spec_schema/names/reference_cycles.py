@@ -8,12 +8,12 @@ def find_cycles(following: Mapping[str, str]) -> list[list[str]]:
     cycles: list[list[str]] = []
     seen: set[str] = set()
     for start in following:
-        way: list[str] = []
+        path: list[str] = []
         name = start
         while name in following and name not in seen:
             seen.add(name)
-            way.append(name)
+            path.append(name)
             name = following[name]
-        if name in way:
-            cycles.append(way[way.index(name) :])
+        if name in path:
+            cycles.append(path[path.index(name) :])
     return cycles

@@ -100,8 +100,10 @@ def _check_places(table: NameTable) -> None:
                 if found is not None:
                     targets[name] = found.name
     for cycle in find_cycles(targets):
-        way = " -> ".join([*cycle, cycle[0]])
-        message = f"is placed relative to itself: {way}; give one of them a pose, or place it relative to another body"
+        shown = " -> ".join([*cycle, cycle[0]])
+        message = (
+            f"is placed relative to itself: {shown}; give one of them a pose, or place it relative to another body"
+        )
         table.report((*roots[cycle[0]], "place"), message, "circular-place", key=True)
 
 

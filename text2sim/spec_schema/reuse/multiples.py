@@ -39,8 +39,8 @@ def multiply(document: Document) -> tuple[Document, list[Problem]]:
     for path, section in list(sections(document.data)):
         if not any(True for _ in repeated(section)):
             continue
-        made, room = _section(document, resolver, tree.at(path), path, problems, room)
-        tree = put(tree, path, made)
+        multiplied, room = _section(document, resolver, tree.at(path), path, problems, room)
+        tree = put(tree, path, multiplied)
     sites = sites_of(tree.data)
     # Expressions from a prefab may be long, and have a new path now.
     composed = document.composed | (sites.keys() - document.sites.keys() if document.composed else frozenset())
@@ -75,13 +75,13 @@ def _section(
             problems.append(document.problem((*here, "repeat"), "makes the case too large", rule="too-large"))
             continue
         for k in range(number):
-            made = f"{name}_{k}"
-            if made in section.data or made in parts:
-                message = f"`{made}` already exists; `{name}` with repeat makes the same name"
+            copy_name = f"{name}_{k}"
+            if copy_name in section.data or copy_name in parts:
+                message = f"`{copy_name}` already exists; `{name}` with repeat makes the same name"
                 problems.append(document.problem(here, message, key=True, rule="duplicate-name"))
                 break
             try:
-                parts[made], keys[made] = _rooted(_filled(plain, name, k), name), section.node.keys[name]
+                parts[copy_name], keys[copy_name] = _rooted(_filled(plain, name, k), name), section.node.keys[name]
             except ExpressionError as error:
                 problems.append(document.problem(here, str(error), rule=error.rule, hint=error.hint))
                 break

@@ -59,8 +59,8 @@ def unknown_overlay(document: Document, what: str, name: str, known: Any, line: 
         line: Number of the option, from 1.
     """
     names = list(known) if isinstance(known, dict) else []
-    there = there_are(names, None) or f": it has no {what}s"
-    message = f"{document.source.file} has no {what} `{name}`{there}"
+    existing = there_are(names, None) or f": it has no {what}s"
+    message = f"{document.source.file} has no {what} `{name}`{existing}"
     return Problem("", message, line, 1, f"--{what}", nearest(name, names), f"unknown-{what}")
 
 

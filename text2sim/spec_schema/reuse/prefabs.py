@@ -126,15 +126,15 @@ class _Expansion:
         """Return the bodies of an entry, by name; none if it has problems."""
         first = len(self.arguments)
         try:
-            made = self._use(entry, site, (), static=site.path[0] == "scene")
+            expanded = self._use(entry, site, (), static=site.path[0] == "scene")
         except RefusedUse as refused:
             self.problems += refused.problems
             self.failed = True
             del self.arguments[first:]
             return {}
-        roots = tuple((*site.path[:-1], name) for name in made)
+        roots = tuple((*site.path[:-1], name) for name in expanded)
         self.arguments[first:] = [replace(argument, roots=roots) for argument in self.arguments[first:]]
-        return {name: settle(body) for name, body in made.items()}
+        return {name: settle(body) for name, body in expanded.items()}
 
     def _use(
         self, entry: LocatedValue, site: Site, outer: tuple[str, ...], *, static: bool = False
@@ -189,12 +189,12 @@ class _Expansion:
         self, body: LocatedValue, over: LocatedValue, site: Site, inside: tuple[str, ...], *, static: bool = False
     ) -> dict[str, LocatedValue]:
         if "use" in body.data:
-            made = self._use(body, site, inside)
-            if set(made) != {site.name}:
+            expanded = self._use(body, site, inside)
+            if set(expanded) != {site.name}:
                 if static:
                     raise self._refused(over, site.path, _SEVERAL)
-                return self._laid_over_parts(made, over, site)
-            body = made[site.name]
+                return self._laid_over_parts(expanded, over, site)
+            body = expanded[site.name]
         if static:
             body = self._still(body, site, over)
         return {site.name: merge(body, over, site.path) if over.data else body}
@@ -203,11 +203,11 @@ class _Expansion:
         self, bodies: dict[str, LocatedValue], over: LocatedValue, site: Site, inside: tuple[str, ...]
     ) -> dict[str, LocatedValue]:
         names = {part: f"{site.name}_{part}" for part in bodies}
-        made: dict[str, LocatedValue] = {}
+        expanded: dict[str, LocatedValue] = {}
         for part, body in bodies.items():
             inner = replace(site, path=(*site.path[:-1], names[part]))
-            made |= self._single(renamed(body, names), mapping(over.node, {}), inner, inside)
-        return self._laid_over_parts(made, over, site)
+            expanded |= self._single(renamed(body, names), mapping(over.node, {}), inner, inside)
+        return self._laid_over_parts(expanded, over, site)
 
     def _laid_over_parts(
         self, made: dict[str, LocatedValue], over: LocatedValue, site: Site
@@ -253,8 +253,8 @@ class _Expansion:
         if "${" in use.data:
             raise self._refused(use, (*site.path, "use"), "the name of a prefab cannot be an expression", "type")
         if use.data in outer:
-            way = " → ".join([*outer[outer.index(use.data) :], use.data])
-            raise self._refused(use, (*site.path, "use"), f"prefabs use each other in a cycle: {way}", "circular-use")
+            cycle = " → ".join([*outer[outer.index(use.data) :], use.data])
+            raise self._refused(use, (*site.path, "use"), f"prefabs use each other in a cycle: {cycle}", "circular-use")
         if len(outer) >= MAX_DEPTH:
             raise self._refused(use, site.path, f"prefabs use each other more than {MAX_DEPTH} deep", "too-deep")
         try:

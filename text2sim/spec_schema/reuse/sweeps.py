@@ -37,8 +37,8 @@ def check_sweeps(document: Document, interfaces: PrefabInterfaces) -> list[Probl
             problems += check_overlay(document, (*path, "points", point), others, interfaces)
         for index, variant in enumerate(sweep.variants or ()):
             if variant not in variants:
-                there = there_are(variants, None) or ": the case has no variants"
-                message, hint = f"there is no variant `{variant}`{there}", nearest(variant, variants)
+                existing = there_are(variants, None) or ": the case has no variants"
+                message, hint = f"there is no variant `{variant}`{existing}", nearest(variant, variants)
                 place = (*path, "variants", index)
                 problems.append(document.problem(place, message, rule="unknown-variant", hint=hint))
     return problems

@@ -117,9 +117,9 @@ def put(tree: LocatedValue, path: Path, value: LocatedValue | None) -> LocatedVa
     if step not in parts:
         if value is None:
             return tree
-        made = value.node.copy()
-        made.children, made.keys = {}, {}
-        parts[step] = LocatedValue({}, made)
+        node = value.node.copy()
+        node.children, node.keys = {}, {}
+        parts[step] = LocatedValue({}, node)
         keys[step] = (value.node.line, value.node.column)
     parts[step] = put(parts[step], path[1:], value)
     return mapping(tree.node, parts, keys)

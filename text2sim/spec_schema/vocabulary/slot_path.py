@@ -129,7 +129,7 @@ def items_of(slots: list[LanguageSlot]) -> list[LanguageSlot]:
     return [slot_of(get_args(member.base)[0]) for member in members if get_origin(member.base) in (list, tuple)]
 
 
-def check_path(data: Any, path: Path, interfaces: PrefabInterfaces, *, new: bool = False) -> None:
+def check_path(data: Any, path: Path, interfaces: PrefabInterfaces, *, new: bool) -> None:
     """Check that the value at a path can be set.
 
     Args:
@@ -173,9 +173,7 @@ def check_path(data: Any, path: Path, interfaces: PrefabInterfaces, *, new: bool
 
 
 def _may_be_new(path: Path, index: int, new: bool) -> bool:
-    if path[0] == "params":
-        return False
-    return index == len(path) - 1 and (new or path[0] == "waive")
+    return path[0] != "params" and index == len(path) - 1 and (new or path[0] == "waive")
 
 
 def _of_prefab(step: str, value: Any, path: Path, interfaces: PrefabInterfaces) -> str | None:

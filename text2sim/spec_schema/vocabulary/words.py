@@ -48,9 +48,7 @@ class LanguageSlot:
         if self.discriminator is not None or is_model(self.base):
             return "mapping"
         origin = get_origin(self.base)
-        if origin is Literal:
-            return "text"
-        return _STRUCTURES.get(origin or self.base, "anything")
+        return "text" if origin is Literal else _STRUCTURES.get(origin or self.base, "anything")
 
 
 def is_model(base: Any) -> bool:

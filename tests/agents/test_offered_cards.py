@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from text2sim.agents.dealt_cards import DealtCards, failure_signatures
+from text2sim.agents.offered_cards import OfferedCards, failure_signatures
 from text2sim.agents.replies import Fragments
 from text2sim.card_library.library import load_library
 
@@ -29,12 +29,12 @@ def test_how_a_failure_shows_follows_from_what_was_missed() -> None:
 
 
 def test_cards_about_other_things_are_not_offered() -> None:
-    dealt = DealtCards(load_library(), emit)
+    cards = OfferedCards(load_library(), emit)
     text = "The net turns the wrong way up and the dolls roll backwards off it; its sign of curvature is wrong."
-    offered = dealt.offer(text, ["rope", "rigid", "articulated"], {"finished"}, "dolls fall into a net")
+    offered = cards.offer(text, ["rope", "rigid", "articulated"], {"finished"}, "dolls fall into a net")
     assert "wheels-turn-backwards" not in offered
-    wheels = dealt.offer(
+    wheels = cards.offer(
         "the cart drives backwards: its wheels turn the wrong way", ["articulated"], set(), "a cart on wheels"
     )
     assert "wheels-turn-backwards" in wheels
-    assert "ends-before-it-happens" in dealt.offer("it is late", ["rigid"], {"event never happens"}, "a ball")
+    assert "ends-before-it-happens" in cards.offer("it is late", ["rigid"], {"event never happens"}, "a ball")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from text2sim.rendering.dots import dot_picture, dotted
 from text2sim.rendering.meshes import RenderMesh
 from text2sim.templates.painting import painted, places
-from text2sim.templates.patterns import DEPTH, PLAIN, Dress, fitted, size_for, tile
+from text2sim.templates.patterns import DEPTH, PLAIN, Decoration, fitted, size_for, tile
 from text2sim.templates.unfolding import Sheet, Unfolded, is_round, unfold
 
 Array = NDArray[np.floating]
@@ -54,14 +54,14 @@ class Layer:
     """Length [m] by which it may be shifted."""
 
 
-def dressed(
-    mesh: RenderMesh, dress: Dress, own: tuple[float, float, float], turn: Array, *, textured: bool = False
+def decorated(
+    mesh: RenderMesh, decoration: Decoration, own: tuple[float, float, float], turn: Array, *, textured: bool = False
 ) -> tuple[RenderMesh, Layer, NDArray[np.integer]]:
     """Lay a pattern on a mesh.
 
     Args:
         mesh: Mesh in the body's frame; a flat cloth has texture coordinates in metres.
-        dress: The pattern.
+        decoration: The pattern.
         own: Colour of the body, sRGB.
         turn: Rotation from the mesh's frame to the link's, shape (3, 3).
         textured: Whether the finish below has a texture, which uses the same texture coordinates.
@@ -69,7 +69,7 @@ def dressed(
     Returns:
         The mesh with texture coordinates in metres, the layer, and the original vertex of each of its vertices.
     """
-    upright = dress.kind not in ("planks", "stripes")
+    upright = decoration.kind not in ("planks", "stripes")
     if mesh.uvs is None:
         vertices, normals = _upright(mesh, turn)
         flat = unfold(vertices, mesh.faces, normals, upright=upright)
@@ -78,23 +78,23 @@ def dressed(
         own_sheet = Sheet("+z", float(wide[0]), float(wide[1]))
         flat = Unfolded(np.arange(len(vertices)), mesh.faces, np.zeros(len(vertices), int), mesh.uvs, [own_sheet])
     turned = flat.sheets[0].name == "side"
-    if dress.repeats:
+    if decoration.repeats:
         extents = np.ptp(vertices, axis=0)
-        size = dress.size or size_for(dress.kind, extents, is_round=turned)
-        if dress.kind == "dots" and mesh.uvs is None and not textured:
+        size = decoration.size or size_for(decoration.kind, extents, is_round=turned)
+        if decoration.kind == "dots" and mesh.uvs is None and not textured:
             if (found := dotted(mesh.vertices, mesh.faces, size)) is not None:
-                worn, layer = found.vertices, _dot_layer(dress.color, own, size)
-                return RenderMesh(mesh.vertices[worn], found.faces, mesh.normals[worn], found.uvs), layer, worn
-        factors = np.array([fitted(dress.kind, size, sheet.width, sheet.height) for sheet in flat.sheets])
+                corners, layer = found.vertices, _dot_layer(decoration.color, own, size)
+                return RenderMesh(mesh.vertices[corners], found.faces, mesh.normals[corners], found.uvs), layer, corners
+        factors = np.array([fitted(decoration.kind, size, sheet.width, sheet.height) for sheet in flat.sheets])
         uvs = flat.uvs * factors[flat.sheet]
-        uvs = uvs[:, ::-1] if dress.turned else uvs
-        layer = _tiled(dress.kind, dress.color, () if dress.kind in PLAIN else own, not turned, size)
+        uvs = uvs[:, ::-1] if decoration.turned else uvs
+        layer = _tiled(decoration.kind, decoration.color, () if decoration.kind in PLAIN else own, not turned, size)
     else:
         left, _ = places(flat.sheets)
         uvs = flat.uvs + np.stack([left[flat.sheet], np.zeros(len(flat.uvs))], axis=1)
-        layer = _painted(dress, tuple(flat.sheets), own)
-    worn = flat.vertices
-    return RenderMesh(mesh.vertices[worn], flat.faces, mesh.normals[worn], uvs), layer, worn
+        layer = _painted(decoration, tuple(flat.sheets), own)
+    corners = flat.vertices
+    return RenderMesh(mesh.vertices[corners], flat.faces, mesh.normals[corners], uvs), layer, corners
 
 
 def _upright(mesh: RenderMesh, turn: Array) -> tuple[Array, Array]:
@@ -114,9 +114,9 @@ def _upright(mesh: RenderMesh, turn: Array) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=64)
 def _tiled(kind: str, color: tuple[float, ...] | None, own: tuple[float, ...], joints: bool, size: float) -> Layer:
-    made = tile(kind, color, own, joints=joints)
-    width, height = (size * period for period in made.period)
-    return Layer(made.picture, (width, height), made.relief, DEPTH.get(kind, 0.0) * size, size)
+    picture = tile(kind, color, own, joints=joints)
+    width, height = (size * period for period in picture.period)
+    return Layer(picture.picture, (width, height), picture.relief, DEPTH.get(kind, 0.0) * size, size)
 
 
 @lru_cache(maxsize=64)
@@ -125,9 +125,9 @@ def _dot_layer(color: tuple[float, ...] | None, own: tuple[float, ...], size: fl
 
 
 @lru_cache(maxsize=64)
-def _painted(dress: Dress, sheets: tuple, own: tuple[float, ...]) -> Layer:
+def _painted(decoration: Decoration, sheets: tuple, own: tuple[float, ...]) -> Layer:
     _, period = places(list(sheets))
-    return Layer(painted(dress, list(sheets), own)[::-1], period)
+    return Layer(painted(decoration, list(sheets), own)[::-1], period)
 
 
 def shifted(mesh: RenderMesh, body: str, size: float | None) -> RenderMesh:

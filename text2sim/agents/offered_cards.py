@@ -11,7 +11,7 @@ from text2sim.card_library.model import Mode
 if TYPE_CHECKING:
     from text2sim.card_library.library import CardLibrary
 
-MAX_DEALT_CARDS = 2
+MAX_GIVEN_CARDS = 2
 """Largest number of cards with one question."""
 MIN_WORD_SCORE = 0.5
 """Smallest word score of a card without a matching signature, as a fraction of the best match."""
@@ -20,12 +20,12 @@ MAX_OFFERED_CARDS = 6
 
 
 @dataclass
-class DealtCards:
+class OfferedCards:
     """The card library, or an empty one."""
 
     library: "CardLibrary | None"
     emit: Emit
-    dealt: dict[str, set[str]] = field(default_factory=dict)
+    offered: dict[str, set[str]] = field(default_factory=dict)
     """Ids of the cards that each role received."""
 
     def card_ids(self) -> str:
@@ -33,7 +33,7 @@ class DealtCards:
         return "" if self.library is None else ", ".join(sorted(self.library.entries))
 
     @property
-    def dealing(self) -> bool:
+    def in_use(self) -> bool:
         """Whether cards are in use."""
         return self.library is not None
 
@@ -47,7 +47,7 @@ class DealtCards:
             return {}
         return {name: self.library.entries[name].card.brief("bodies") for name in names if self.has(name)}
 
-    def deal(self, role: str, cards: Iterable[str], about: str) -> str:
+    def give(self, role: str, cards: Iterable[str], about: str) -> str:
         """Give cards to a role for one question, and record it.
 
         Args:
@@ -55,11 +55,11 @@ class DealtCards:
             cards: Ids of the cards; unknown ones are ignored.
             about: The question, for the record.
         """
-        chosen = [card for card in dict.fromkeys(cards) if self.has(card)][:MAX_DEALT_CARDS]
+        chosen = [card for card in dict.fromkeys(cards) if self.has(card)][:MAX_GIVEN_CARDS]
         if not chosen:
             return ""
         assert self.library is not None
-        self.dealt.setdefault(role, set()).update(chosen)
+        self.offered.setdefault(role, set()).update(chosen)
         self.emit("cards", role=role, cards=chosen, about=about)
         reader: Any = role
         return "\n\n".join(self.library.entries[card].card.brief(reader) for card in chosen)
