@@ -80,13 +80,14 @@ def table(rows: list[Tank]) -> str:
     """Return the rows as Markdown."""
     ideal = 2 * np.sqrt(9.81 * HEIGHT)
     lines = [
-        "| what | cell | `soft_reach` | walls | speed of the front, of the ideal one | leaked | deepest in a wall | level |",
+        "| what | cell | `soft_reach` | walls | speed of the front, of the ideal one | leaked | deepest | level |",
         "|---|---|---|---|---|---|---|---|",
     ]
     for one in rows:
         front = f"{one.speed:.2f} m/s, {one.speed / ideal:.0%}" if one.speed else "does not get there"
         lines.append(
-            f"| {one.kind} | {1e3 * one.cell:g} mm | {one.reach:.3g} cells | {one.wall:g} cells | {front} | {one.leaked:.1%} | "
+            f"| {one.kind} | {1e3 * one.cell:g} mm | {one.reach:.3g} cells | {one.wall:g} cells | {front} | "
+            f"{one.leaked:.1%} | "
             f"{1e3 * one.deepest:+.0f} mm, {one.deepest / one.cell:+.1f} cells | {1e3 * one.level:+.0f} mm |"
         )
     return "\n".join(lines)
