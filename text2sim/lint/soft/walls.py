@@ -58,7 +58,7 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
             f"{length(wanted * soft.cell - more)} or thicker, or `scene.mpm.cell` {at_most((thin + more) / wanted)}"
         )
         if then == CLOSES:
-            text += f", or give it `soft_reach: {free_by(copy, soft) + (wanted - cells) / 2 * soft.cell:.2g}`"
+            text += f", or give it `soft_reach: {1.005 * (free_by(copy, soft) + (wanted - cells) / 2 * soft.cell):.3g}`"
         text += (
             ", or, if it only holds the body by `attach`, `material: {touch_soft: false}`"
             if link is None

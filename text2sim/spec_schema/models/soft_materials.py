@@ -33,8 +33,9 @@ class SoftMaterial(Model):
     """With solver mpm, not `elasto_plastic`: the largest stretch, length over length at rest in any direction, beyond
     which it tears, for ever: jelly 1.4, bread 1.3, tofu 1.15, cake 1.1. What has torn bears pressure and friction, and
     no tension: it can be cut, and torn in two. A bar breaks at a stress of about `youngs_modulus (tear_stretch - 1)`.
-    Driven blades and wires cut it if they are `1.5 + 5 (tear_stretch - 1)` cells thick, with twice their `soft_reach`:
-    for tofu, a wire of half a cell with a `soft_reach` of one. By default nothing tears by strain."""
+    Driven blades and wires cut it if they are `1.5 + 5 (tear_stretch - 1)` cells thick, counting twice what their
+    `soft_reach` adds to its default: for tofu, a wire of half a cell with a `soft_reach` of one cell. By default
+    nothing tears by strain."""
 
 
 class ClothMaterial(Model):
