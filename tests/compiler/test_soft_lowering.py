@@ -165,12 +165,21 @@ def test_rigid_bodies_tell_their_friction_where_something_deforms() -> None:
     assert said.plan.bodies[1].entities[0].material_options["coup_softness"] == pytest.approx(0.008)
 
 
-def test_what_holds_a_liquid_reaches_half_a_cell(tmp_path: Path) -> None:
-    """With less water runs through walls: benchmarks/soft_leaks.py."""
+def test_what_holds_a_liquid_reaches_a_quarter_of_a_cell() -> None:
+    """More would narrow what it flows through: benchmarks/soft_leaks.py."""
     text = f"  a: {{kind: liquid, {BOX}, cell: 0.02, pose: {{pos: [0, 0, 1]}}}}"
     case = resolve(text)
-    assert case.plan.statics[0].entities[0].material_options["coup_softness"] == pytest.approx(0.01)
-    assert any(note.startswith("soft_reach = 0.01 m: half a cell") for note in case.plan.settings.notes())
+    assert case.plan.statics[0].entities[0].material_options["coup_softness"] == pytest.approx(0.005)
+    assert any(note.startswith("soft_reach = 0.005 m: a quarter of a cell") for note in case.plan.settings.notes())
+
+
+def test_the_space_of_a_liquid_does_not_end_behind_the_wall_that_holds_it() -> None:
+    """The engine stops particles three cells before the bounds: a wall within the margin would never be reached."""
+    text = f"  a: {{kind: liquid, {BOX}, cell: 0.02, pose: {{pos: [0, 0, 1]}}}}"
+    alone = resolve(text).plan.settings.soft.mpm.high[0]
+    face = alone - 0.02
+    wall = f"  wall: {{kind: rigid, mount: {{kind: fixed}}, shape: {{kind: box, size: [0.1, 1, 1]}}, pose: {{pos: [{face + 0.05}, 0, 0.5]}}}}"
+    assert resolve(f"{text}\n{wall}").plan.settings.soft.mpm.high[0] >= face + 3 * 0.02
 
 
 def test_a_picture_goes_into_the_program(tmp_path: Path) -> None:

@@ -257,7 +257,7 @@ def _domain_box(
     flown = [_flown(c, box, fall, surroundings, scene, travel) for c, box in zip(copies, own, strict=True)]
     low, high = around(corner for box in flown for corner in box)
     box = (low[0] - reach, low[1] - reach, low[2]), (high[0] + reach, high[1] + reach, high[2])
-    box = around([*box, *(corner for near in _nearby(box, surroundings, reach) for corner in near)])
+    box = around([*box, *(corner for near in _nearby(box, surroundings, reach, margin) for corner in near)])
     floors = [floor for floor in surroundings.floors if floor <= whole[0][2] + margin]
     low, high = box
     # A cloth may hang lower than anything that stands elsewhere.
@@ -289,13 +289,16 @@ def _fall(
     return (x, y, z)
 
 
-def _nearby(box: Bounds, surroundings: Surroundings, reach: float) -> list[Bounds]:
-    """Return what stands in a box, clipped at `reach` around it."""
+def _nearby(box: Bounds, surroundings: Surroundings, reach: float, margin: float) -> list[Bounds]:
+    """Return what stands in a box, or nearer to it than the margin, clipped at `reach` around it.
+
+    Otherwise the margin might end just behind the wall of a tank, and stop the water before it.
+    """
     far = grown(box, reach)
     return [
         (_componentwise(max, a, far[0]), _componentwise(min, b, far[1]))
         for a, b in surroundings.solids
-        if all(a[k] < box[1][k] and b[k] > box[0][k] for k in range(3))
+        if all(a[k] < box[1][k] + margin and b[k] > box[0][k] - margin for k in range(3))
     ]
 
 
