@@ -30,19 +30,19 @@ bodies:
 
 @pytest.mark.parametrize("kind", ["liquid", "granular"])
 def test_nothing_passes_walls_of_a_third_of_a_cell_or_a_plate_of_half_a_cell(simulate, kind):
-    """Not one particle is beyond a wall, in the floor or behind the plate, which raises the level by half.
+    """Not one particle is beyond a wall, in the floor or behind the plate.
 
-    The mean height above the floor of what fills a space of length l is V / (2 l w): 0.06 m before, 0.082 m in the
-    0.16 m that the plate leaves, up to a quarter of a cell of clearance on each side.
+    The mean height above the floor of what fills a space of length l evenly is V / (2 l w). Particles keep 0.32 cells,
+    6.4 mm, away from all sides, which raises it by at most 22 %.
     """
     trial = simulate(PISTON.replace("KIND", kind))
     points, _ = rows(trial.states, "stuff")
     x, y, z = (points[..., k] for k in range(3))
-
     assert x.max() < 0.4
     assert abs(y).max() < 0.06
     assert z.min() > 0
     assert (x[-1] > 0.24).all()
     if kind == "liquid":
         space = (0.4 - 0.14 - 0.1 - 0.005) * 0.12
-        assert z[-1].mean() == pytest.approx(0.24 * 0.11 * 0.12 / space / 2, abs=0.01)
+        even = 0.24 * 0.11 * 0.12 / space / 2
+        assert even < z[-1].mean() < 1.22 * even
