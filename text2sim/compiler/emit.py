@@ -208,7 +208,11 @@ def _context(plan: Plan) -> dict[str, Any]:
         "dampings": {name: facts.damping for name, facts in plan.deformables.items() if facts.damping},
         "gases": {name: facts.gas for name, facts in plan.deformables.items() if facts.gas},
         "streams": {name: facts.stream for name, facts in plan.deformables.items() if facts.stream},
-        "flowing": [name for name, facts in plan.deformables.items() if facts.kind in FLOWING],
+        "flowing": [
+            name
+            for name, facts in plan.deformables.items()
+            if facts.kind in FLOWING and soft is not None and soft.model == "particle"
+        ],
         "kept_out_every": max(1, settings.substeps // 4),
         "bending": {name: facts.bending for name, facts in plan.deformables.items() if facts.bending},
         **action_context(plan),

@@ -29,9 +29,9 @@ def keep_out(entities, every):
         if solver.sim.cur_substep_global % every == 0:
             for first, last in ranges:
                 _move_out(
-                    solver.particles, solver.particles_ng, solver.particles_info, f + 1, first, last, 0.32 * solver.dx,
-                    solver.substep_dt, solver._particle_volume_scale, state.geoms, facts.geoms, state.links,
-                    collider.sdf.sdf_info, rigid.rigid_info, collider.collider_config,
+                    solver.particles, solver.particles_ng, solver.particles_info, f + 1, first, last,
+                    solver.particle_radius, solver.substep_dt, solver._particle_volume_scale, state.geoms, facts.geoms,
+                    state.links, collider.sdf.sdf_info, rigid.rigid_info, collider.collider_config,
                 )  # fmt: skip
 
     solver.substep_post_coupling = kept
@@ -91,7 +91,8 @@ def _move_out(
 def _from_box(g, pos, geoms_state: GeomsState, geoms_info: GeomsInfo):
     """Return the signed distance [m] of a point from a box, and the normal of the nearest face, edge or corner.
 
-    The engine looks boxes up in a grid of 128 cells along their longest side, which misses thin plates.
+    The engine looks primitives up at 32 nodes along each axis, in a space that exceeds them by a fifth of their longest
+    side: a thin plate falls between two of them.
     """
     local = gu.qd_inv_transform_by_trans_quat(pos, geoms_state.pos[g, 0], geoms_state.quat[g, 0])
     data, outer, nearest = geoms_info.data[g], qd.Vector([0.0, 0.0, 0.0]), qd.Vector([0.0, 0.0, 0.0])

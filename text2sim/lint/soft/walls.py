@@ -30,9 +30,9 @@ LEAKS, CLOSES = "leaks through it", "closes behind it instead of being cut"
 """What a body does about a wall or a cutter that is too thin."""
 ON_TOP = 2.0
 """Thickness [cells] of a free body on top of an mpm body."""
-HOLDING_CELLS, PUSHING_CELLS = 0.25, 0.5
+HOLDING_CELLS, PUSHING_CELLS = 0.3, 0.5
 """Thickness [cells] of a wall at rest, and of one that moves, that hold what flows, whose particles are moved out of
-rigid bodies (templates/solid_walls.py): none passed them at 2.5 m/s."""
+rigid bodies (templates/solid_walls.py): benchmarks/soft_leaks.py, tests/physics/test_solid_walls.py."""
 MIN_NECK_CELLS = 2.5
 """Smallest radius [cells] of an opening: sand ran steadily through 2.6."""
 
