@@ -261,7 +261,8 @@ bodies:
         reason="""\
 The solver corrects the threads a few times in each substep, which carries the weight of what hangs only a few cells
 up: a cloth of length L gets longer by a part 3 g h^2 L / (n cell^2), with n iterations in substeps h, whatever its
-material: half a metre in cells of 5 mm by 3.6 % with 4 iterations in substeps of 0.5 ms, and 0.9 % with 16. By default there are as many iterations as keep it below a percent, up to 32.""",
+material: half a metre in cells of 5 mm by 3.6 % with 4 iterations in substeps of 0.5 ms, and 0.9 % with 16. By default
+there are as many iterations as keep it below a percent, up to 32.""",
         remedy="""\
 Leave out `stretch_iterations`, or use larger cells or more `substeps`: twice as many stretch it a quarter as much. For
 a cloth that lies on something all over, waive the rule.""",
