@@ -109,7 +109,7 @@ def test_an_owner_can_say_of_an_error_of_the_lint_that_it_is_meant(tmp_path: Pat
     attempt = Attempt(1, THIN, "x")
     _, problems = made.mending.check(attempt)
     assert "thin-wall" in model.questions("bodies")[0]
-    assert "What is meant so is waived" in model.questions("bodies")[0]
+    assert "What is intended is waived" in model.questions("bodies")[0]
     assert (problems == []) == (len(why) > 10)
     assert revising.data_of(attempt.text).get("waive") == ({"thin-wall": why} if len(why) > 10 else None)
 

@@ -16,7 +16,7 @@ from text2sim.spec_schema.errors import Problem
 MAX_REPAIRS = 3
 """Number of repairs by owners before the Planner is asked."""
 REPAIR_INSTRUCTION = (
-    "Mend what the check found in your section, and change nothing else. What is meant so is waived by "
+    "Mend what the check found in your section, and change nothing else. What is intended is waived by "
     "`patch: []` with `why: …`."
 )
 WARNINGS_INSTRUCTION = (
@@ -80,7 +80,7 @@ class Mending:
             before = attempt.text
             attempt.text, referrals = self.workshop.fix_sections(before, owners, REPAIR_INSTRUCTION)
             self.workshop.referred += [*referrals.pop("plan", []), *self.workshop.refusals()]
-            attempt.text = revising.with_waivers(attempt.text, self._meant_so(errors))
+            attempt.text = revising.with_waivers(attempt.text, self._owners_reasons(errors))
             if attempt.text == before and not referrals:  # the same question would get the same answer
                 return examined, [format_problem(problem) for problem in errors]
         raise AssertionError("the last round returns")
@@ -120,7 +120,7 @@ class Mending:
                 examined = self.adopt(attempt, text) or examined
         return examined, doubts
 
-    def _meant_so(self, errors: Sequence[Problem]) -> dict[str, str]:
+    def _owners_reasons(self, errors: Sequence[Problem]) -> dict[str, str]:
         """Reasons, by rule, why owners left errors of the lint as they are; what is no rule cannot be waived."""
         from text2sim.lint.rules import RULES
 
