@@ -78,8 +78,8 @@ class Sleeve(Model):
     """A round tube of cloth around z, open at both ends: a sleeve, a sock, a trouser leg, a skirt, a lampshade.
 
     For cloth only. Its frame is on its axis at half its height. `edge: bottom` and `edge: top` are its rims. Pushed
-    together along an arm that it lies within a `cell` of, it gathers into round folds, and into broad slanting ones if
-    it is looser; with a `bending_compliance` of 1e4 it crumples.
+    together along an arm that it lies within a `cell` of, it gathers into round folds; with a `bending_compliance` of
+    1e4 it crumples.
     """
 
     kind: Literal["sleeve"]
