@@ -38,7 +38,7 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
         f"{CONTROL}/to",
         None,
         {"/scene/statics": None, "/bodies/brick": None, "/actions/measures": None, "/actions/events": None,
-         "/actions/expect": None, "/actions/controls/clear_post": None, CONTROL: {"kind": "attach", "body": "ball", "to": "world"}},
+         "/actions/expect": None, "/actions/controls/clear_post": None, "/actions/controls/joints": None, CONTROL: {"kind": "attach", "body": "ball", "to": "world"}},
     ),
     ("unknown-event", "/actions/controls/let_go/on", "impact", {"/actions/controls/let_go": {"kind": "release", "attach": "grip", "on": "impct"}}),
 ]  # fmt: skip

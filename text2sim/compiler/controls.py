@@ -12,6 +12,7 @@ from text2sim.compiler.placing.place_error import ReachError
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Airflow as AirflowRow
 from text2sim.compiler.plan import (
+    FaceBond,
     Field,
     Hold,
     JointDrive,
@@ -40,10 +41,11 @@ from text2sim.compiler.soft.controls import (
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.loaded import LoadedCase
-from text2sim.spec_schema.models.base import span_of
+from text2sim.spec_schema.models.base import listed, span_of
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import (
     Attach,
+    Bond,
     Control,
     Drive,
     Force,
@@ -69,6 +71,7 @@ class ControlRows:
     wrenches: list[Wrench] = field(default_factory=list)
     welds: list[Weld] = field(default_factory=list)
     removals: list[Removal] = field(default_factory=list)
+    bonds: list[FaceBond] = field(default_factory=list)
     holds: list[Hold] = field(default_factory=list)
     pushes: list[Push] = field(default_factory=list)
     airflows: list[AirflowRow] = field(default_factory=list)
@@ -114,6 +117,9 @@ def lower_controls(
             if not is_soft(copies[body_of(attach.body)][0].model):
                 rows.welds += [_weld(a, b, attach, control, line, name) for a, b in _pairs(attach, copies)]
             continue
+        if isinstance(control, Bond):
+            _bond(loaded, control, copies, rows, name)
+            continue
         chosen, part = select(control.joint if isinstance(control, Drive) else control.body, copies)
         varies = loaded.varies(pointer)
         try:
@@ -143,6 +149,23 @@ def lower_controls(
     rows.drives += joint_drives(rows.targets, rows.later, initial)
     rows.welds.sort(key=lambda weld: (weld.at, weld.on))
     return rows
+
+
+def _bond(loaded: LoadedCase, control: Bond, copies: dict[str, list[Copy]], rows: ControlRows, name: str) -> None:
+    from text2sim.compiler.bonds import face_bonds  # arrays, which few cases need
+
+    pointer = ("actions", "controls", name)
+    chosen = {copy.name: copy for selector in listed(control.of) for copy in select(selector, copies)[0]}
+    bonds = face_bonds(control, list(chosen.values()), loaded.folder, loaded.line(pointer), name)
+    taken = {frozenset((bond.a, bond.b)) for bond in rows.bonds}
+    twice = next((bond for bond in bonds if frozenset((bond.a, bond.b)) in taken), None)
+    if not bonds:
+        text = f"no two of these bodies share a flat face within {control.gap:g} m (`gap`), so that nothing is bonded"
+        rows.problems.append(loaded.problem((*pointer, "of"), text, rule="no-bond"))
+    elif twice is not None:
+        text = f"`{twice.a}` and `{twice.b}` are bonded already"
+        rows.problems.append(loaded.problem((*pointer, "of"), text, rule="no-bond"))
+    rows.bonds += bonds
 
 
 def _reach(

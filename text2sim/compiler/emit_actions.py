@@ -9,7 +9,16 @@ from text2sim.compiler.literal import Code
 from text2sim.compiler.plan import Plan
 
 TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
-COPIED_ACTIONS = ("points.py", "holds.py", "pushes.py", "airflow.py", "fields.py", "removals.py", "triggers.py")
+COPIED_ACTIONS = (
+    "points.py",
+    "holds.py",
+    "pushes.py",
+    "airflow.py",
+    "fields.py",
+    "removals.py",
+    "triggers.py",
+    "bonds.py",
+)
 """Modules that a program gets only if it needs them."""
 
 
@@ -61,6 +70,7 @@ def copied_actions(plan: Plan) -> list[str]:
         "fields.py": bool(plan.fields),
         "removals.py": bool(plan.removals),
         "triggers.py": bool(plan.watches),
+        "bonds.py": bool(plan.bonds),
     }
     return [name for name in COPIED_ACTIONS if needed[name]]
 

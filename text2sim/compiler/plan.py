@@ -174,6 +174,26 @@ class Weld:
 
 
 @dataclass(frozen=True)
+class FaceBond:
+    """Two bodies that are bonded at the face that they share, until the stress there is too high."""
+
+    a: str
+    b: str
+    center: Vec
+    """Centre [m] of the face in the world, at the start."""
+    normal: Vec
+    """Unit vector from the first body to the second, likewise."""
+    area: float
+    """[m2]"""
+    strength: float
+    """Of tension [Pa]."""
+    shear_strength: float
+    """[Pa]"""
+    line: int
+    control: str
+
+
+@dataclass(frozen=True)
 class Friction:
     """Coefficient of friction between two sets of copies, or a link of each."""
 
@@ -341,6 +361,7 @@ class Plan:
     fields: tuple[Field, ...]
     frictions: tuple[Friction, ...]
     removals: tuple[Removal, ...]
+    bonds: tuple[FaceBond, ...]
     watches: tuple[Watch, ...]
     """Each follows the one that it waits for (`after`)."""
     changes: tuple[JointChange, ...]

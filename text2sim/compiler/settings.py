@@ -41,7 +41,7 @@ class Traits:
     loops: int
     """Equality constraints."""
     attaches: int
-    """Run-time welds."""
+    """Run-time welds and bonds."""
     fastest: float
     """Largest known speed [m/s] at the start."""
     thinnest: float

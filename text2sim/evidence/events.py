@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.evidence import bonds
 from text2sim.evidence.contacts import Episodes, choose
 from text2sim.evidence.measures import Series
 from text2sim.evidence.recorded_case import RecordedCase
@@ -92,6 +93,8 @@ def _search(
             rows = _released(recording, event, log)
         elif isinstance(event, events.RemovedEvent):
             rows = _removed(recording, event)
+        elif isinstance(event, events.BrokenEvent):
+            rows = bonds.breaks(recording, event.bond)
         else:
             rows = _FINDERS[event.kind](recording, series, event, since)
     except (SelectionError, EventError) as error:

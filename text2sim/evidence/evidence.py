@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.evidence import diagnostics
+from text2sim.evidence import bonds, diagnostics
 from text2sim.evidence.contacts import choose
 from text2sim.evidence.events import EventLog, Occurrence, episode_rows, find_events
 from text2sim.evidence.expectations import Ending, Finding, judge_expectations
@@ -101,6 +101,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
                 *diagnostics.energy_from_nowhere(recording),
             ],
             "removed": recording.states.removed,
+            "bonds": bonds.summary(recording),
             "driven": recording.names.driven,
             "off_path": driven,
             "contacts": contacts,

@@ -8,7 +8,7 @@ import numpy as np
 
 from text2sim.compiler.shapes.regions import RegionError, check_border, end_region
 from text2sim.compiler.soft.regions import SIDE_LAYER
-from text2sim.evidence import curvature, deformation, folds, free_surface, tearing
+from text2sim.evidence import bonds, curvature, deformation, folds, free_surface, tearing
 from text2sim.evidence.gaps import Nearest, nearest_cloud, nearest_solid
 from text2sim.evidence.leaks import leaks
 from text2sim.evidence.recorded_case import RecordedCase, links_of
@@ -228,11 +228,23 @@ def gap(
 
 
 def _pieces(recording: RecordedCase, measure: measures.Pieces) -> Array:
-    return np.sum([tearing.pieces(body)[0] for body in deformables(recording, measure.of)], axis=0)
+    bonded, soft = _apart(recording, measure.of)
+    return np.sum([*(tearing.pieces(body)[0] for body in soft), *bonded[:1]], axis=0)
 
 
 def _largest_piece(recording: RecordedCase, measure: measures.LargestPiece) -> Array:
-    return np.min([tearing.pieces(body)[1] for body in deformables(recording, measure.of)], axis=0)
+    bonded, soft = _apart(recording, measure.of)
+    return np.min([*(tearing.pieces(body)[1] for body in soft), *bonded[1:]], axis=0)
+
+
+def _apart(
+    recording: RecordedCase, selectors: str | list[str]
+) -> tuple[tuple[Array, Array] | tuple[()], list[RecordedDeformable]]:
+    """Return the pieces of the selected bodies that are rigid, if there are any, and the deformable ones."""
+    targets = recording.names.select(selectors)
+    rigid = [target for target in targets if target.soft is None]
+    soft = [body for target in targets if (body := recording.deformable(target)) is not None]
+    return bonds.pieces(recording, rigid) if rigid else (), soft
 
 
 def _leaked(recording: RecordedCase, measure: measures.Leaked) -> Array:

@@ -83,7 +83,7 @@ def labels(points: Array, torn: Array, ties: Array, spacing: float) -> Array:
         return np.zeros(len(points), int)
     first, second = ties[sound[ties].all(axis=1)].T
     near = np.linalg.norm(points[first] - points[second], axis=1) < MAX_TIED_DISTANCE * spacing
-    piece = _components(np.stack([first, second], axis=1)[near], len(points))
+    piece = connected(np.stack([first, second], axis=1)[near], len(points))
     lost = np.flatnonzero(~sound & np.isfinite(points).all(axis=1))
     piece[lost] = piece[sound][KDTree(points[sound]).query(points[lost])[1]]
     return np.unique(piece, return_inverse=True)[1]
@@ -93,10 +93,11 @@ def _labels(points: Array, reach: float) -> Array:
     """Return the index of the piece of each point."""
     from scipy.spatial import KDTree
 
-    return _components(KDTree(points).query_pairs(reach, output_type="ndarray"), len(points))
+    return connected(KDTree(points).query_pairs(reach, output_type="ndarray"), len(points))
 
 
-def _components(pairs: Array, count: int) -> Array:
+def connected(pairs: Array, count: int) -> Array:
+    """Return the number of the connected component of each of `count` things, given the pairs that are tied, (n, 2)."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 

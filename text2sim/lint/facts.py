@@ -110,6 +110,11 @@ class Facts:
         return {copy.name: copy for group in self.placed.values() for copy in group}
 
     @cached_property
+    def bonded(self) -> set[str]:
+        """Names of the copies that a bond joins to others."""
+        return {name for bond in self.rows.bonds for name in (bond.a, bond.b)}
+
+    @cached_property
     def planes(self) -> list[Ground]:
         """The grounds of the scene."""
         found = []

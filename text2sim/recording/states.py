@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.recording.bonds import BondRecord, read_bonds
 from text2sim.recording.chunks import Array, Chunks, readable_chunks
 from text2sim.recording.deformables import RecordedDeformable, read_deformables
 from text2sim.recording.inventory import first_fault
@@ -105,6 +106,8 @@ class RunStates:
     """Deformable bodies, in the order of the arrays."""
     removed: dict[str, float] = field(default_factory=dict)
     """When bodies left the scene [s], by copy."""
+    bonds: tuple[BondRecord, ...] = ()
+    """Bonds of rigid bodies, in the order of the case."""
     losses: tuple[str, ...] = ()
     """Messages about what could not be read."""
     layout: dict[str, Any] = field(default_factory=dict, repr=False)
@@ -141,9 +144,9 @@ class RunStates:
             losses = [damage]
         chunks = Chunks(paths)
         bodies = tuple(body.recorded_in(chunks) for body in soft)
-        removed = read_removed(folder)
+        removed, bonds = read_removed(folder), read_bonds(folder)
         losses = [*losses, *soft_losses]
-        return cls(dt, every, (x, y, z), links, joints, parts, chunks, bodies, removed, tuple(losses), layout)
+        return cls(dt, every, (x, y, z), links, joints, parts, chunks, bodies, removed, bonds, tuple(losses), layout)
 
     @property
     def frames(self) -> int:

@@ -3,6 +3,7 @@
     OUT/progress.jsonl           one line per progress report
     OUT/states/layout.json       meaning of the columns of the states
     OUT/states/removed.json      time of removal [s] by copy; only if bodies were removed
+    OUT/states/bonds.json        load of each bond, and when it broke; only if bodies are bonded
     OUT/states/chunk_00000.npz   frames and contacts; a chunk is complete on disk before the next begins, and the
                                  unfinished one is written every few seconds
     OUT/geometry/index.json      link -> meshes, poses and colours; the meshes are in geometry/<hash>.npz
@@ -118,7 +119,7 @@ class Recorder:
         self._link_bodies = [names.get(link.entity.idx, link.entity.name) for link in self._solver.links]
         self._frames, self._chunk, self._step = [], 0, 0
         self._flushed = time.monotonic()
-        self.gone = {}  # time of removal [s] by copy
+        self.gone, self.bonds = {}, None  # time of removal [s] by copy; what tells of the bonds
         links, dofs = self._solver.dyn_state.links, self._solver.dyn_state.dofs
         self._reads = {
             "links_pos": _reader(links.pos),
@@ -142,7 +143,8 @@ class Recorder:
         states.mkdir(parents=True, exist_ok=True)
         for stale in states.glob("chunk_*.npz"):
             stale.unlink()
-        (states / "removed.json").unlink(missing_ok=True)
+        for stale in ("removed.json", "bonds.json"):
+            (states / stale).unlink(missing_ok=True)
         self._offsets = _link_offsets(self._solver)
         self._shifted = np.flatnonzero((self._offsets != IDENTITY).any(axis=1))
         expected = round(self._duration / self._dt) // self._every + 1
@@ -251,6 +253,8 @@ class Recorder:
     def _flush(self, whole: bool = True) -> None:
         if self.gone:
             write_json(self._out / "states" / "removed.json", self.gone)
+        if self.bonds is not None:
+            write_json(self._out / "states" / "bonds.json", self.bonds.report())
         contacts = self._contacts.take(keep=not whole)
         chunk = {}
         if self._frames:

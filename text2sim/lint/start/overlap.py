@@ -127,7 +127,7 @@ def _welded(facts: Facts) -> set[frozenset]:
                 tree = facts.lowering.trees.get(name)
                 ends.append((name, link or (tree.roots[0].name if tree is not None and tree.roots else None)))
             found.add(frozenset(ends))
-    return found
+    return found | {frozenset(((bond.a, None), (bond.b, None))) for bond in facts.rows.bonds}
 
 
 def _finding(

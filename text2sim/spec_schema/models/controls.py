@@ -13,6 +13,7 @@ from text2sim.spec_schema.models.base import (
     Positive,
     Seconds,
     Selector,
+    Selectors,
     Vec3,
     Window,
     exactly_one_of,
@@ -220,6 +221,28 @@ class Remove(Acting):
     _one_moment = exactly_one_of("at", "on")
 
 
+class Bond(Acting):
+    """Bonds between rigid bodies that touch face to face at the start.
+
+    Mortar, glue, or what holds a body together that will shatter (`repeat: {kind: fragments}`). Neighbours keep their
+    relative pose, and do not collide, until their bond breaks. For the force and the moment that it carries, on a round
+    face of the same area A and radius R, that is when the tension `F / A + 4 M / (pi R^3)` reaches `strength` or the
+    shear stress `V / A + 2 T / (pi R^3)` reaches `shear_strength`. Contacts last some 10 ms here, so that blows are
+    softer than real ones: 0.05e6 to 0.5e6 Pa for what a thrown ball shall break. Evidence lists under `bonds` what
+    broke, and the largest load as a fraction of the strength; the measure `pieces` counts what still hangs together.
+    """
+
+    kind: Literal["bond"]
+    of: Selectors
+    """The bodies: rigid or driven ones and statics, or copies; all neighbours among them are bonded."""
+    strength: Positive
+    """Tensile strength [Pa]."""
+    shear_strength: Positive | None = None
+    """Shear strength [Pa]; `strength` by default."""
+    gap: NonNegative = Field(default=0.0005, le=0.1)
+    """Largest distance [m] between faces that are bonded."""
+
+
 Control = Annotated[
     InitialVelocity
     | Impulse
@@ -230,6 +253,7 @@ Control = Annotated[
     | Attach
     | Release
     | Remove
+    | Bond
     | Wind
     | Airflow
     | Drag

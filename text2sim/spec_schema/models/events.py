@@ -121,6 +121,14 @@ class RemovedEvent(_Event):
     """Name of the control that removes it."""
 
 
+class BrokenEvent(_Event):
+    """A bond breaks; each one counts."""
+
+    kind: Literal["broken"]
+    bond: Name
+    """Name of the control that bonded the bodies."""
+
+
 Event = Annotated[
     ContactEvent
     | SeparationEvent
@@ -130,6 +138,7 @@ Event = Annotated[
     | RegionEvent
     | JointLimitEvent
     | ReleasedEvent
-    | RemovedEvent,
+    | RemovedEvent
+    | BrokenEvent,
     ByKind(),
 ]

@@ -153,25 +153,27 @@ class SelfPenetration(Measured):
 class Pieces(Measured):
     """Number of pieces of soft bodies, each of at least 1 % of its body: 1 for each intact body.
 
-    Particles of mpm that are two cells apart are no longer connected. Bodies of fem never tear.
+    Particles of mpm that are two cells apart are no longer connected. Bodies of fem never tear. Of rigid bodies that a
+    `bond` joins, the number of groups that still hang together: 1 while all bonds between them hold.
     """
 
     kind: Literal["pieces"]
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selectors
-    """A soft body or its copies."""
+    """A soft body or its copies, or bonded rigid bodies."""
 
 
 class LargestPiece(Measured):
     """Mass of the largest piece of a soft body, as a fraction of the whole: 1 until it tears; for copies the smallest.
 
-    A `threshold` event on it marks when it tears.
+    A `threshold` event on it marks when it tears. Of rigid bodies that a `bond` joins, the mass of the largest group
+    that still hangs together, as a fraction of all selected.
     """
 
     kind: Literal["largest_piece"]
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selectors
-    """A soft body or its copies."""
+    """A soft body or its copies, or bonded rigid bodies."""
 
 
 class Leaked(Measured):

@@ -2,7 +2,7 @@
 
 from text2sim.spec_schema.errors import Severity, nearest
 from text2sim.spec_schema.models import events, measures
-from text2sim.spec_schema.models.controls import Attach, Release, Remove
+from text2sim.spec_schema.models.controls import Attach, Bond, Release, Remove
 from text2sim.spec_schema.names.control_references import check_joint
 from text2sim.spec_schema.names.measure_references import (
     CONTACT_KINDS,
@@ -33,7 +33,9 @@ def check_events(table: NameTable) -> None:
         elif isinstance(event, events.ReleasedEvent):
             _check_released(table, where, event)
         elif isinstance(event, events.RemovedEvent):
-            _check_removed(table, where, event)
+            _check_named(table, where, "remove", event.remove, Remove)
+        elif isinstance(event, events.BrokenEvent):
+            _check_named(table, where, "bond", event.bond, Bond)
         else:
             _check_subject(table, where, event)
     following = {name: event.after for name, event in script.events.items() if event.after is not None}
@@ -97,11 +99,12 @@ def _check_released(table: NameTable, where: Path, event: events.ReleasedEvent) 
         table.report((*where, "attach"), f"no control releases `{event.attach}`", NEVER)
 
 
-def _check_removed(table: NameTable, where: Path, event: events.RemovedEvent) -> None:
-    removals = [name for name, c in table.loaded.case.actions.controls.items() if isinstance(c, Remove)]
-    if event.remove not in removals:
-        message = f"there is no control `{event.remove}` of kind remove"
-        table.report((*where, "remove"), message, "unknown-remove", nearest(event.remove, removals))
+def _check_named(table: NameTable, where: Path, kind: str, name: str, model: type[Bond | Remove]) -> None:
+    """Report a control of a kind that does not exist."""
+    known = [key for key, control in table.loaded.case.actions.controls.items() if isinstance(control, model)]
+    if name not in known:
+        message = f"there is no control `{name}` of kind {kind}"
+        table.report((*where, kind), message, f"unknown-{kind}", nearest(name, known))
 
 
 def _check_subject(

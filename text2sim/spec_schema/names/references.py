@@ -11,6 +11,7 @@ from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.models.place_rules import contradictions
 from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.soft_bodies import Round
+from text2sim.spec_schema.names.bond_references import check_bonds
 from text2sim.spec_schema.names.control_references import check_controls
 from text2sim.spec_schema.names.event_references import check_events, check_tested_measure
 from text2sim.spec_schema.names.film_references import check_film
@@ -57,6 +58,7 @@ def check_references(
     check_events(table)
     check_expectations(table)
     check_removals(table)
+    check_bonds(table)
     check_film(table)
     return sort_problems(table.problems)
 

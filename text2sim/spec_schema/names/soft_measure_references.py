@@ -1,8 +1,11 @@
 """Checks of measures against the kind of body: rigid or deformable."""
 
 from text2sim.spec_schema.models import measures
+from text2sim.spec_schema.models.base import listed
+from text2sim.spec_schema.models.controls import Bond
 from text2sim.spec_schema.models.soft_bodies import FLOWING
 from text2sim.spec_schema.names.name_table import Member, NameTable, touching_parts
+from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.document import Path
 
 MEASURED_OF: dict[str, tuple[str, ...]] = {
@@ -49,6 +52,8 @@ def check_soft_measure(table: NameTable, where: Path, measure: measures.Measure,
         member: Its body.
     """
     kind = measure.kind
+    if kind in ("pieces", "largest_piece") and not member.deforms:
+        return _check_bonded(table, kind, member)
     if kind in MEASURED_OF and (not member.deforms or member.model.kind not in MEASURED_OF[kind]):
         _report_kind(table, kind, member)
         return True
@@ -124,6 +129,16 @@ def check_submerging(table: NameTable, where: Path, measure: measures.Submerged)
         if not member.deforms or member.model.kind not in FLOWING:
             message = f"`{member.name}` does not flow; it needs {' or '.join(FLOWING)}"
             table.report(member.where, message, "measure-kind")
+
+
+def _check_bonded(table: NameTable, kind: str, member: Member) -> bool:
+    """Report a rigid body that no control bonds, so that it cannot come apart; return whether it is one."""
+    bonds = (c for c in table.loaded.case.actions.controls.values() if isinstance(c, Bond))
+    if any(body_of(selector) == member.name for bond in bonds for selector in listed(bond.of)):
+        return False
+    message = f"`{member.name}` has no {kind.replace('_', ' ')}: it is rigid, and no control of kind `bond` joins it"
+    table.report(member.where, f"{message}; it needs soft, or bonded copies", "measure-kind")
+    return True
 
 
 def _report_kind(table: NameTable, kind: str, member: Member) -> None:

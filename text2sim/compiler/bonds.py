@@ -1,0 +1,175 @@
+"""Bonds: the flat faces at which bodies touch at the start, and how large the shared part is."""
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import KDTree
+from shapely import Polygon
+
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.plan import FaceBond
+from text2sim.compiler.shapes.geometry import pieces
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.rotation import quat_multiply, quat_to_rows
+from text2sim.spec_schema.models.bodies import Rigid
+from text2sim.spec_schema.models.controls import Bond
+from text2sim.spec_schema.models.shapes import Plane
+
+Array = np.ndarray
+
+MAX_ANGLE_COSINE = 0.9998
+"""Faces whose normals are opposite within 1 deg can be bonded."""
+MIN_SHARED = 1e-3
+"""Least shared part of the smaller face: less is an edge that they have in common."""
+CYLINDER_SIDES = 32
+"""Corners of the polygon that stands for the end of a cylinder."""
+WIDE = 1e3
+"""Half of the side of the square that stands for a plane [m]."""
+DIGITS = 4
+"""Decimals to which the normals of coplanar triangles agree."""
+
+
+class Face(NamedTuple):
+    """A flat convex face in the world."""
+
+    normal: Array
+    """Outward unit normal, shape (3,)."""
+    corners: Array
+    """Corners [m], shape (k, 3), in order."""
+
+
+def face_bonds(control: Bond, copies: Sequence[Copy], folder: Path, line: int, name: str) -> list[FaceBond]:
+    """Return the bonds among copies that touch, in their order.
+
+    Args:
+        control: What bonds them.
+        copies: The bodies, each once.
+        folder: Folder of the case.
+        line: Line of the control in the case.
+        name: Name of the control.
+    """
+    faces = [list(_faces_of(copy, folder)) for copy in copies]
+    found = []
+    for i, j in _near(faces, control.gap):
+        if not (_moves(copies[i]) or _moves(copies[j])):
+            continue
+        shared = [
+            part for one, other in product(faces[i], faces[j]) if (part := _shared(one, other, control.gap)) is not None
+        ]
+        if not shared:
+            continue
+        areas, centers, normals = (np.array(column) for column in zip(*shared, strict=True))
+        area, normal = areas.sum(), areas @ normals
+        center, normal = areas @ centers / area, normal / max(float(np.linalg.norm(normal)), 1e-12)
+        shear = control.strength if control.shear_strength is None else control.shear_strength
+        a, b = copies[i].name, copies[j].name
+        found.append(FaceBond(a, b, _vec(center), _vec(normal), float(area), control.strength, shear, line, name))
+    return found
+
+
+def _moves(copy: Copy) -> bool:
+    return isinstance(copy.model, Rigid) and copy.model.mount.kind != "fixed"
+
+
+def _vec(values: Array) -> tuple[float, float, float]:
+    x, y, z = (round(float(value), 7) + 0.0 for value in values)
+    return x, y, z
+
+
+def _near(faces: Sequence[Sequence[Face]], gap: float) -> Iterator[tuple[int, int]]:
+    """Yield the pairs of bodies whose bounding boxes are no farther apart than a gap [m]."""
+    points = [np.concatenate([face.corners for face in own]) if own else np.full((1, 3), np.nan) for own in faces]
+    low, high = (np.array([bound(own, axis=0) for own in points]) for bound in (np.min, np.max))
+    for i in range(len(faces)):
+        close = (low[i + 1 :] <= high[i] + gap).all(axis=1) & (high[i + 1 :] >= low[i] - gap).all(axis=1)
+        yield from ((i, i + 1 + int(j)) for j in np.flatnonzero(close))
+
+
+def _faces_of(copy: Copy, folder: Path) -> Iterator[Face]:
+    """Yield the flat faces of the convex pieces of a copy, in the world."""
+    if isinstance(copy.shape, Plane):
+        turn = np.array(quat_to_rows(copy.quat)).T
+        square = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]) * WIDE
+        yield Face(turn[2], square @ turn[:2] + np.array(copy.pos))
+        return
+    for piece in pieces(copy.shape, folder):
+        turn = np.array(quat_to_rows(quat_multiply(copy.quat, piece.quat)))
+        shift = np.array(quat_to_rows(copy.quat)) @ np.array(piece.pos) + np.array(copy.pos)
+        for normal, corners in _own_faces(piece):
+            yield Face(turn @ normal, corners @ turn.T + shift)
+
+
+def _own_faces(piece: Piece) -> Iterator[tuple[Array, Array]]:
+    """Yield normal and corners of each flat face of a piece, in its own frame."""
+    if piece.kind == "box":
+        half = np.array(piece.size) / 2
+        for axis, sign in product(range(3), (-1.0, 1.0)):
+            normal, u, v = (np.roll(np.eye(3)[0], axis + k) for k in range(3))
+            ring = [(a, b) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+            yield sign * normal, np.array([half * (sign * normal + a * u + b * v) for a, b in ring])
+    elif piece.kind == "cylinder":
+        radius, height = piece.size
+        turns = 2 * np.pi * np.arange(CYLINDER_SIDES) / CYLINDER_SIDES
+        for sign in (-1.0, 1.0):
+            flat = np.full(CYLINDER_SIDES, sign * height / 2)
+            ring = np.stack([radius * np.cos(turns), radius * np.sin(turns), flat], axis=1)
+            yield np.array([0.0, 0.0, sign]), ring
+    elif piece.faces:
+        yield from _flat_parts(np.array(piece.vertices), np.array(piece.faces))
+
+
+def _flat_parts(vertices: Array, triangles: Array) -> Iterator[tuple[Array, Array]]:
+    """Yield normal and corners of the faces of a convex hull, each of one or more triangles."""
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    sizes = np.linalg.norm(normals, axis=1)
+    whole = sizes > 1e-12
+    normals, corners = normals[whole] / sizes[whole, None], triangles[whole]
+    size = float(np.ptp(vertices, axis=0).max())
+    offsets = np.einsum("ij,ij->i", normals, a[whole]) / max(size, 1e-12)
+    planes = np.concatenate([normals, offsets[:, None]], axis=1)
+    left = np.ones(len(planes), bool)
+    tree = KDTree(planes)
+    for k in range(len(planes)):
+        if left[k]:
+            same = [one for one in tree.query_ball_point(planes[k], 10.0**-DIGITS) if left[one]]
+            left[same] = False
+            yield normals[k], _ring(vertices[np.unique(corners[same])], normals[k])
+
+
+def _ring(points: Array, normal: Array) -> Array:
+    """Return points of a convex face in order around its middle."""
+    u, v = _axes(normal)
+    away = points - points.mean(axis=0)
+    return points[np.argsort(np.arctan2(away @ v, away @ u))]
+
+
+def _axes(normal: Array) -> tuple[Array, Array]:
+    """Return two unit vectors that make a right-handed frame with a normal."""
+    u = np.cross(normal, np.eye(3)[int(np.abs(normal).argmin())])
+    u /= np.linalg.norm(u)
+    return u, np.cross(normal, u)
+
+
+def _shared(one: Face, other: Face, gap: float) -> tuple[float, Array, Array] | None:
+    """Return area [m2], centre [m] and normal of what two faces share; None if they do not touch."""
+    if one.normal @ other.normal > -MAX_ANGLE_COSINE:
+        return None
+    origin = one.corners.mean(axis=0)
+    away = (other.corners - origin) @ one.normal
+    if abs(away.mean()) > gap + 1e-6:
+        return None
+    u, v = _axes(one.normal)
+    flat = [
+        Polygon(np.stack([(face.corners - origin) @ u, (face.corners - origin) @ v], axis=1)) for face in (one, other)
+    ]
+    if not all(polygon.is_valid for polygon in flat):
+        return None
+    both = flat[0].intersection(flat[1])
+    if both.area <= MIN_SHARED * min(polygon.area for polygon in flat):
+        return None
+    x, y = both.centroid.coords[0]
+    return both.area, origin + x * u + y * v + away.mean() / 2 * one.normal, one.normal

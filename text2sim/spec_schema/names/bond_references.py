@@ -1,0 +1,31 @@
+"""Checks of bonds: what they can join, and in which scenes."""
+
+from text2sim.spec_schema.models.base import listed
+from text2sim.spec_schema.models.bodies import Driven, Rigid
+from text2sim.spec_schema.models.controls import Bond
+from text2sim.spec_schema.names.name_table import NameTable
+from text2sim.spec_schema.text.document import Path
+
+
+def check_bonds(table: NameTable) -> None:
+    """Check every control that bonds bodies."""
+    scene = table.loaded.case.scene
+    for name, control in table.loaded.case.actions.controls.items():
+        if not isinstance(control, Bond):
+            continue
+        where: Path = ("actions", "controls", name)
+        members = table.find_all(control.of, (*where, "of"))
+        for member in members:
+            if not (member.static or isinstance(member.model, Rigid | Driven)) or member.part is not None:
+                message = f"`{member.text}` cannot be bonded; only whole rigid and driven bodies, and statics"
+                table.report(member.where, message, "not-bondable")
+        if members and not any(member.dynamic for member in members):
+            table.report((*where, "of"), "none of these bodies moves, so that a bond holds nothing", "not-bondable")
+        elif len(members) == len(listed(control.of)) and sum(member.count for member in members) < 2:
+            message = f"`{members[0].text}` is a single body; name its copies, or a list of bodies that touch"
+            table.report((*where, "of"), message, "not-bondable")
+        if scene.contact.model in ("sap", "ipc") or scene.solver.hibernation:
+            why = "with `hibernation`, what is bonded could not break while it sleeps"
+            if not scene.solver.hibernation:
+                why = f"contact model {scene.contact.model} has no bonds"
+            table.report((*where, "kind"), f"nothing can be bonded in this scene: {why}", "not-bondable")

@@ -1,0 +1,120 @@
+"""Bonds between rigid bodies that break where the stress on the face that they share is too high.
+
+A bond is a weld with its anchor in the middle of that face. The force and the moment that the weld carries there give
+the stresses at the edge of a round face of the same area, as in the parallel bonds of Potyondy and Cundall (2004), "A
+bonded-particle model for rock".
+"""
+
+import genesis as gs
+import numpy as np
+
+
+class Bonds:
+    """Bonds bodies at the start, and breaks the bonds that are overloaded.
+
+    Args:
+        scene: Built scene.
+        bodies: Entities by name.
+        rows: Control, two bodies, centre [m] and normal (from the first to the second) of their face in the world, its
+            area [m2], tensile and shear strength [Pa] of each bond.
+        gone: Links of removed bodies.
+    """
+
+    def __init__(self, scene, bodies, rows, gone=()):
+        self.solver, self.rows, self.gone = scene.rigid_solver, rows, gone
+        self.index = {}  # pair of links -> row
+        links = [tuple(_main_link(bodies[name]) for name in row[1:3]) for row in rows]
+        area, self.strength, self.shear_strength = (np.array([row[k] for row in rows]) for k in (5, 6, 7))
+        self.area, self.radius = area, np.sqrt(area / np.pi)
+        self.normals = np.zeros((len(rows), 2, 3))  # in the world at the start, and in the frame of the second link
+        self.first_link = np.array([a.idx for a, _ in links])
+        for i, ((a, b), row) in enumerate(zip(links, rows, strict=True)):
+            (pos, quat), (_, other) = _frame(a), _frame(b)
+            self.normals[i] = _turned_back(quat, row[4]), _turned_back(other, row[4])
+            self.solver.constraint_solver.add_dynamic_constraint(
+                gs.EQUALITY_TYPE.WELD, a.idx, b.idx, a.idx, _turned_back(quat, np.array(row[3]) - pos), (1.0,)
+            )
+            self.index[a.idx, b.idx] = i
+        self.peak, self.peak_at = np.zeros(len(rows)), np.zeros(len(rows))
+        self.broken = {}  # row -> time [s], and by what
+        self.begin, self.count, self.step = 0.0, 0, self.solver.substep_dt
+        # A blow can begin and end within a step.
+        substep = self.solver.substep
+
+        def watched(f):
+            substep(f)
+            self.count += 1
+            self.check(self.begin + self.count * self.step)
+
+        self.solver.substep = watched
+
+    def __call__(self, t):
+        """Take note that the step from t [s] begins."""
+        self.begin, self.count = t, 0
+        for pair in [pair for pair in self.index if self.gone and {*pair} & set(self.gone)]:
+            self._part(pair)
+
+    def check(self, t):
+        """Break the bonds that the substep that ended at t [s] has overloaded."""
+        if not self.index:
+            return
+        welds = self.solver.get_weld_constraints(as_tensor=True, to_torch=False)
+        pairs = zip(welds["link_a"].reshape(-1).tolist(), welds["link_b"].reshape(-1).tolist(), strict=True)
+        at = np.array([self.index.get(pair, -1) for pair in pairs])
+        load, at = welds["force"].reshape(-1, 6)[at >= 0].astype(float), at[at >= 0]
+        first = self.solver.get_links_quat(self.first_link[at], relative=False).cpu().numpy().astype(float)
+        pull, shear = _split(load[:, :3], _turned(first, self.normals[at, 0]))
+        # The rows of the rotation count half angles, in the frame of the second link.
+        twist, bend = _split(load[:, 3:] / 2, self.normals[at, 1])
+        area, radius = self.area[at], self.radius[at]
+        tension = pull / area + 4 * bend / (np.pi * radius**3)
+        sliding = shear / area + 2 * np.abs(twist) / (np.pi * radius**3)
+        loads = np.stack([tension / self.strength[at], sliding / self.shear_strength[at]])
+        worst = loads.max(axis=0)
+        higher = worst > self.peak[at]
+        self.peak[at[higher]], self.peak_at[at[higher]] = worst[higher], t
+        for k in np.flatnonzero(worst >= 1.0):
+            row = int(at[k])
+            self.broken[row] = t, ("tension", "shear")[int(loads[:, k].argmax())]
+            self._part(next(pair for pair, index in self.index.items() if index == row))
+
+    def report(self):
+        """Return the largest load of each bond, as a fraction of its strength, and when and why it broke."""
+        return [
+            {
+                "control": row[0], "between": [*row[1:3]], "pos": [*row[3]], "area": row[5],
+                "peak": float(self.peak[i]), "peak_at": float(self.peak_at[i]),
+                "broken_at": self.broken.get(i, (None, None))[0], "by": self.broken.get(i, (None, None))[1],
+            }
+            for i, row in enumerate(self.rows)
+        ]  # fmt: skip
+
+    def _part(self, pair):
+        del self.index[pair]
+        self.solver.delete_weld_constraint(*pair)
+
+
+def _main_link(body):
+    return next(link for link in body.links if link.name != "world")
+
+
+def _frame(link):
+    """Return the position [m] and the quaternion of a link's frame in the solver."""
+    get = (link.get_pos, link.get_quat)
+    return tuple(one().cpu().numpy().astype(float).reshape(-1) for one in get)
+
+
+def _turned(quat, vector):
+    """Turn vectors, shape (..., 3), by unit quaternions, shape (..., 4)."""
+    twist = 2.0 * np.cross(quat[..., 1:], vector)
+    return vector + quat[..., :1] * twist + np.cross(quat[..., 1:], twist)
+
+
+def _turned_back(quat, vector):
+    return _turned(quat * np.array([1.0, -1.0, -1.0, -1.0]), np.asarray(vector, float))
+
+
+def _split(vectors, normals):
+    """Return the parts of vectors along normals, and the lengths of those across, (n,) each."""
+    along = np.einsum("ij,ij->i", vectors, normals)
+    return along, np.linalg.norm(vectors - along[:, None] * normals, axis=1)
