@@ -164,7 +164,7 @@ def _of_one(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
     if kind in ("count_in", "threaded"):
         return 0.0, float(len(targets)), _number_in_words(measure, targets)
     if kind == "pieces":
-        if facts.bonded.issuperset(target.copy for target in targets):
+        if facts.bonded.issuperset(target.copy.name for target in targets):
             return 1.0, float(len(targets)), f"there are {len(targets)} bonded bodies"
         return float(len(targets)), inf, f"there are {len(targets)} bodies"
     if kind == "contact_count" and measure.by is not None:
