@@ -1,12 +1,13 @@
 """Bodies that deform: what is drawn lies where their points are."""
 
+import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from text2sim.recording.film_record import SoftPart, SurfaceLook
+from text2sim.recording.film_record import SoftPart, SurfaceLook, read_recording
 from text2sim.rendering.grains import Grains, surface_normals
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.soft import LiquidSurface, SoftSurface, hollows, is_clear, liquid_surface
@@ -186,3 +187,20 @@ def test_a_clear_body_shows_its_core_and_no_cavity() -> None:
 )  # fmt: skip
 def test_which_soft_bodies_are_clear_skins(kind: str, finish: str, opacity: float, *, clear: bool) -> None:
     assert is_clear(kind, SurfaceLook((0.9, 0.3, 0.2), opacity=opacity, finish=finish)) == clear
+
+
+def test_a_recording_gives_soft_bodies_the_look_of_the_case(make_run):
+    """The look, with finish and pattern, is that of the program, not the plain colour of the preview."""
+    run = make_run({"crate": {"half": (0.1, 0.1, 0.1), "pos": (0, 0, 0)}})
+    layout = json.loads((run / "states" / "layout.json").read_text())
+    layout["deformables"] = [{"body": "gel", "kind": "soft", "solver": "mpm", "spacing": 0.01, "points": [0, 1]}]
+    (run / "states" / "layout.json").write_text(json.dumps(layout))
+    (run / "geometry" / "soft_index.json").write_text(json.dumps([{"body": "gel", "color": [0.0, 1.0, 0.0, 1.0]}]))
+    looks = json.loads((run / "program" / "looks.json").read_text())
+    pattern = {"kind": "stripes", "size": 0.04, "color": [1.0, 1.0, 1.0], "turned": False}
+    looks["gel"] = looks["crate"] | {"color": [0.9, 0.1, 0.4], "finish": "jelly", "pattern": pattern}
+    (run / "program" / "looks.json").write_text(json.dumps(looks))
+    (gel,) = read_recording(run).soft
+    assert gel.look.color == (0.9, 0.1, 0.4)
+    assert gel.look.finish == "jelly"
+    assert gel.look.decoration is not None

@@ -204,9 +204,14 @@ def explanations(names: Iterable[str], before: Collection[str] = ()) -> tuple[st
     """
     parts: list[str] = []
     served: list[str] = []
+    heads: set[str] = set()
     left = list(dict.fromkeys(name for name in names if name not in before))
     while left:
         text = explanation(left[0])
+        head, mark, rest = text.partition(f"- `{left[0]}`")
+        if mark and head in heads:  # the shared fields of kinds of one page, once
+            text = head[: head.index("\n") + 1] + mark + rest
+        heads.add(head)
         if text and parts and sum(map(len, parts)) + len(text) > MAX_PAGES_SIZE:
             break
         name = left.pop(0)
@@ -228,10 +233,19 @@ def explanation(name: str) -> str:
                 parts.append(section_brief(section, {model.__name__ for model in models} or None, intro=not models))
         elif name in section_kinds(section.models):
             parts.append("\n".join([f"## {section.title}", *kinds_brief(section, {name})]))
+            if section.title == "`bodies`: the actors" and (own := _own_material(name)):
+                parts.append(own)
         elif section.title.lower() == name.lower():
             parts.append(section_brief(section))
     prefab = prefabs(only={name})
     return "\n\n".join([*parts, *([f"## Prefab `{name}`\n{prefab}"] if prefab else [])])
+
+
+def _own_material(kind: str) -> str:
+    """Return the fields of the material of a kind of deformable body: most of what it can do is said there."""
+    (section,) = _sections(("Materials of deformable bodies",))
+    models = {model.__name__ for model in section.models if kind in KINDS_BY_MODEL.get(model.__name__, ())}
+    return section_brief(section, models, intro=False).partition("\n")[2] if models else ""
 
 
 @cache

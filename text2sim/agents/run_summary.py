@@ -15,6 +15,8 @@ QUOTED_TIMES = 7
 """Number of times at which each measure is quoted."""
 MAX_ROWS = 30
 """Largest number of rows of a table."""
+SHOWN_OF_REPEATED = 3
+"""Most entries of one `repeat` that are all told; of more the first and the last."""
 MAX_MINOR_ROWS = 6
 """Largest number of rows about joint limits, paths and work."""
 IGNORED_OVERLAP = 5e-4
@@ -139,19 +141,40 @@ def _outcome(record: Mapping[str, Any]) -> str:
     return f"Run: {record.get('state')}, {reached}{message}"
 
 
+def _repeated(names: Iterable[str]) -> list[list[str]]:
+    """Group names of one `repeat` that follow each other, such as `bend_0`, `bend_1` and so on."""
+    groups: list[list[str]] = []
+    for name in names:
+        base, _, number = name.rpartition("_")
+        follows = groups and number.isdecimal() and groups[-1][0] == f"{base}_0" and int(number) == len(groups[-1])
+        groups[-1].append(name) if follows else groups.append([name])
+    return groups
+
+
 def _expectations(expect: Mapping[str, Data], given: set[str]) -> list[str]:
     rows = []
-    for name, row in expect.items():
-        mark = {True: "true", False: "MISSED", None: "open"}[row.get("ok")]
-        source = " (request)" if name in given else ""
-        rows.append(f"- {mark} `{name}`{source}: wanted {row.get('wanted')}; found: {row.get('why')}")
+    for names in _repeated(expect):
+        found = [expect[name] for name in names]
+        if _is_long(names) and len({row.get("ok") for row in found}) == 1:
+            told = f"{found[0].get('why')}; …; {found[-1].get('why')}"
+            rows.append(_expectation(f"`{names[0]}` to `{names[-1]}`", found[0] | {"why": told}, names[0] in given))
+        else:
+            rows += [_expectation(f"`{name}`", row, name in given) for name, row in zip(names, found, strict=True)]
     return rows
+
+
+def _expectation(names: str, row: Data, given: bool) -> str:
+    mark = {True: "true", False: "MISSED", None: "open"}[row.get("ok")]
+    return f"- {mark} {names}{' (request)' if given else ''}: wanted {row.get('wanted')}; found: {row.get('why')}"
 
 
 def _measures(folder: Path, measures: Mapping[str, Data]) -> list[str]:
     times, series = read_measures(folder)
     rows = []
+    shown = {name for names in _repeated(measures) for name in (names[:: len(names) - 1] if _is_long(names) else names)}
     for name, row in measures.items():
+        if name not in shown:
+            continue
         if row.get("problem"):
             rows.append(f"- `{name}`: {row['problem']}")
             continue
@@ -164,7 +187,20 @@ def _measures(folder: Path, measures: Mapping[str, Data]) -> list[str]:
                 f"{_short_number(times[k])} s: {_short_number(values[k])}" for k in picked
             )
         rows.append(text)
+    for first, *between, last in filter(_is_long, _repeated(measures)):
+        inner = [measures[name] for name in between if not measures[name].get("problem")]
+        ends = (f"{_short_number(least)} to {_short_number(most)}" for least, most in _spans(inner, ("min", "max")))
+        rows.append(f"- between `{first}` and `{last}` {len(between)} more: min {', max '.join(ends) or '-'}")
     return rows
+
+
+def _is_long(names: Sequence[str]) -> bool:
+    return len(names) > SHOWN_OF_REPEATED
+
+
+def _spans(rows: Sequence[Data], keys: Sequence[str]) -> list[tuple[float, float]]:
+    """Return the smallest and the largest value of each key; nothing without rows."""
+    return [(min(row[key] for row in rows), max(row[key] for row in rows)) for key in keys] if rows else []
 
 
 def _events(events: Mapping[str, Data]) -> list[str]:

@@ -128,7 +128,7 @@ def read_recording(folder: Path, plan: "Plan | None" = None) -> FilmRecord:
             painted.setdefault(body, []).append(tuple(piece["color"]))
         known = folder / "geometry" / "looks.json"
         before = json.loads(known.read_text("utf-8")) if known.is_file() else {}  # older runs have none
-        looks = {
+        by_color = {
             body: _look_by_color(colors, looks[body], before.get(body))
             for body, colors in painted.items()
             if body in looks
@@ -136,7 +136,7 @@ def read_recording(folder: Path, plan: "Plan | None" = None) -> FilmRecord:
         parts = [
             WornMesh(
                 body, link, folder / "geometry" / piece["mesh"], tuple(piece["pos"]), tuple(piece["quat"]),
-                _look(folder, looks.get(body, {}).get(tuple(piece["color"])), piece),
+                _look(folder, by_color.get(body, {}).get(tuple(piece["color"])), piece),
             )
             for body, link, piece in listed
         ]  # fmt: skip
