@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from text2sim.spec_schema.models.base import Bool, ByKind, Count, Integer, Length, Model, NonNegative, Real, Vec3
+from text2sim.spec_schema.models.base import Bool, ByKind, Count, Integer, Length, Model, NonNegative, Positive, Real, Vec3
 from text2sim.spec_schema.models.space import Region
 
 
@@ -118,4 +118,29 @@ class Glyphs(Model):
     kind: Literal["glyphs"]
 
 
-Repeat = Annotated[Line | Grid | Ring | Spiral | Stack | RunningBond | Packing | Glyphs, ByKind()]
+class Fragments(Model):
+    """One copy for each fragment into which the shape of a free rigid body is cut, so that it can shatter.
+
+    The fragments are the cells of a Voronoi diagram. They touch face to face and look like one body, but nothing holds
+    them together. They are numbered from the focus outwards, or upwards without one; each has its origin at its centre
+    of mass. The shape is any with a closed surface, drawn in the body's look. A cell in which it falls apart, as at the
+    two walls of a tube, gives several fragments. They touch by their convex hulls: with a larger `count`, those of
+    hollow shapes follow the wall more closely. The material's `mass` is that of all fragments together.
+    """
+
+    kind: Literal["fragments"]
+    count: Annotated[Integer, Field(ge=2, le=200)] = 30
+    """Number of cells."""
+    seed: Annotated[Integer, Field(ge=0, le=1_000_000)] = 0
+    """Same seed, same fragments."""
+    focus: Vec3 | None = None
+    """A point [m] in the body's frame, such as that of a blow, near which fragments are smaller. At a distance of a
+    tenth of the body's longest side, an eighth as many cells lie in a volume as there; in general `1 / (1 + r / r0)^3`
+    times as many."""
+    stretch: tuple[Positive, Positive, Positive] = (1.0, 1.0, 1.0)
+    """How many times longer fragments are along x, y and z of the body's frame: `[1, 1, 6]` gives splinters along z."""
+
+
+Divided = Glyphs | Fragments
+"""Patterns whose copies are the parts of the shape."""
+Repeat = Annotated[Line | Grid | Ring | Spiral | Stack | RunningBond | Packing | Glyphs | Fragments, ByKind()]
