@@ -29,7 +29,9 @@ def fragments_of(model: Any, folder: Path) -> "list[Cutting]":
     """
     if not isinstance(model, Rigid):
         what = "a deformable body tears by `tear_stretch` (mpm) instead" if isinstance(model, Deformable) else ""
-        raise PatternError("only a body of `kind: rigid` is cut into fragments" + (f"; {what}" if what else ""), "repeat")
+        raise PatternError(
+            "only a body of `kind: rigid` is cut into fragments" + (f"; {what}" if what else ""), "repeat"
+        )
     if model.mount.kind not in ("free", "fixed"):
         raise PatternError("fragments are free or fixed: each would get a joint of its own", "mount")
     _check_parts(model.shape)

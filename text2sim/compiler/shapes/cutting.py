@@ -44,9 +44,9 @@ MAX_TRIANGLES = 50_000
 """Most triangles of a surface that is cut."""
 MAX_CUTS = 6
 """How often a cell is cut again, so that hulls of its pieces do not overlap."""
-CONVEX = 0.8
+CONVEX = 0.7
 """Share of its convex hull that a fragment fills, above which it touches by its hull."""
-MAX_HALVINGS = 3
+MAX_HALVINGS = 2
 """How often a fragment that fills less is cut in half for contact."""
 
 _KNOWN: "Memory[list[Cutting]]" = Memory(64)
@@ -227,9 +227,7 @@ def _apart(part: Manifold, ids: set[int], depth: int = 0) -> list[tuple[Manifold
     """Return the separate pieces of what lies in a cell, whose hulls do not overlap, with the ids of cut faces."""
     pieces = [piece for piece in part.decompose() if piece.volume() > SPLINTER * part.volume()]
     hulls = [piece.hull() for piece in pieces]
-    overlap = any(
-        (hulls[i] ^ hulls[j]).volume() > 1e-6 * part.volume() for j in range(len(pieces)) for i in range(j)
-    )
+    overlap = any((hulls[i] ^ hulls[j]).volume() > 1e-6 * part.volume() for j in range(len(pieces)) for i in range(j))
     if not overlap or depth >= MAX_CUTS:
         return [(piece, ids) for piece in pieces]
     largest = sorted(pieces, key=lambda piece: -piece.volume())[:2]

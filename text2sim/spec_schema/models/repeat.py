@@ -8,7 +8,18 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from text2sim.spec_schema.models.base import Bool, ByKind, Count, Integer, Length, Model, NonNegative, Positive, Real, Vec3
+from text2sim.spec_schema.models.base import (
+    Bool,
+    ByKind,
+    Count,
+    Integer,
+    Length,
+    Model,
+    NonNegative,
+    Positive,
+    Real,
+    Vec3,
+)
 from text2sim.spec_schema.models.space import Region
 
 
