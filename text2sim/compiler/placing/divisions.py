@@ -47,6 +47,11 @@ def part_counts(loaded: LoadedCase) -> tuple[dict[str, int], list[Problem]]:
 def divided(repeat: Divided, spots: Sequence[CopySpot], folder: Path) -> list[CopySpot]:
     """Return the copies, each with its own part of the shape, where that part is in the whole.
 
+    Args:
+        repeat: The pattern.
+        spots: The copies, each at its body's own position and orientation.
+        folder: The case's folder.
+
     Raises:
         PatternError: if a copy's shape has not as many parts as there are copies.
         AssetError: if a file of the shape cannot be used.

@@ -11,6 +11,7 @@ from text2sim.compiler.shapes.sizes import CopySpot
 from text2sim.spec_schema.models.base import content_of
 from text2sim.spec_schema.models.bodies import Rigid
 from text2sim.spec_schema.models.placed import Deformable
+from text2sim.spec_schema.models.repeat import Fragments
 from text2sim.spec_schema.models.shapes import Compound
 
 if TYPE_CHECKING:
@@ -37,9 +38,11 @@ def fragments_of(model: Any, folder: Path) -> "list[Cutting]":
     _check_parts(model.shape)
     from text2sim.compiler.shapes.cutting import cuttings  # needs arrays, which most cases do without
 
-    found = cuttings(model.shape, model.repeat, folder)
+    cut = model.repeat
+    assert isinstance(cut, Fragments)
+    found = cuttings(model.shape, cut, folder)
     if len(found) > MAX_FRAGMENTS:
-        text = f"{model.repeat.count} cells give {len(found)} fragments; at most {MAX_FRAGMENTS} are possible"
+        text = f"{cut.count} cells give {len(found)} fragments; at most {MAX_FRAGMENTS} are possible"
         raise PatternError(text, "repeat")
     return found
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from manifold3d import Manifold, Mesh64, OpType
-from scipy.spatial import Voronoi, cKDTree
+from scipy.spatial import KDTree, Voronoi
 
 from text2sim.assets.answer_cache import cached_answer
 from text2sim.compiler.memory import Memory
@@ -175,7 +175,7 @@ def _seeds(
     points = points / stretch
     seeds = points[dice.choice(len(points), count, replace=False)]
     for _ in range(ROUNDS):
-        _, nearest = cKDTree(seeds).query(points)
+        _, nearest = KDTree(seeds).query(points)
         size = np.bincount(nearest, minlength=count)
         total = np.stack([np.bincount(nearest, points[:, k], minlength=count) for k in range(3)], axis=1)
         seeds = np.where(size[:, None] > 0, total / np.maximum(size, 1)[:, None], seeds)
