@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from text2sim.assets.surface import scaled_normals
 from text2sim.compiler.shapes.rotation import quats_to_matrices
-from text2sim.recording.film_record import WornMesh
+from text2sim.recording.film_record import Cut, WornMesh
 from text2sim.rendering.decorating import Layer, decorated, shifted, toned
 from text2sim.rendering.finishes import EDGE_TINT, drawn_finish, finish_of, material, needs_uvs
 from text2sim.rendering.meshes import RenderMesh, boxed_uvs, read_mesh
@@ -124,23 +124,23 @@ def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float
         finish = drawn_finish(look.finish, look.color, 1.0 if printed else look.opacity)
         key = part.mesh, needs_uvs(finish)
         if key not in read:
-            mesh = read_mesh(part.mesh)
+            mesh = read_mesh(part.mesh, rounded=look.cut is None)  # edges with bevels would show where it breaks
             if key[1] and mesh.uvs is None:
-                mesh = boxed_uvs(mesh)
+                mesh = boxed_uvs(mesh) if look.cut is None else _grained(mesh, part, look.cut)
             read[key] = mesh
         mesh, layer = read[key], None
         if look.decoration is not None and finish_of(finish).kind != "clear":
             own = part.mesh, look.decoration, look.color, tuple(part.quat)
             if own not in laid:
                 if part.mesh not in read:
-                    read[part.mesh] = read_mesh(part.mesh)
+                    read[part.mesh] = read_mesh(part.mesh, rounded=look.cut is None)
                 plain = replace(read[part.mesh], uvs=None)
                 turn = quats_to_matrices(np.array([part.quat]))[0]
                 laid[own] = decorated(plain, look.decoration, look.color, turn, textured=needs_uvs(finish))[:2]
             mesh, layer = laid[own]
             if look.decoration.repeats:
                 mesh = shifted(mesh, part.body, layer.unit)
-        elif key[1] and look.picture is None:
+        elif key[1] and look.picture is None and look.cut is None:
             mesh = shifted(mesh, part.body, None)
         # A texture without texture coordinates is not visible.
         picture = look.picture if mesh.uvs is not None and layer is None else None
@@ -173,6 +173,15 @@ def narrow_sides(mesh: RenderMesh) -> RenderMesh | None:
     if size[axis] > PANE * np.median(size) or covered <= BOXY * broad or flat.all():
         return None
     return replace(mesh, faces=mesh.faces[~flat], uvs=None)
+
+
+def _grained(mesh: RenderMesh, part: WornMesh, cut: Cut) -> RenderMesh:
+    """Return a fragment with the texture coordinates that it has in the whole body, so that its texture goes on."""
+    turn = quats_to_matrices(np.array([part.quat]))[0]
+    whole = replace(mesh, vertices=mesh.vertices @ turn.T + part.pos + cut.place, normals=mesh.normals @ turn.T)
+    whole = boxed_uvs(whole, cut.longest)
+    back = whole.vertices - np.add(part.pos, cut.place)
+    return replace(whole, vertices=back @ turn, normals=whole.normals @ turn)
 
 
 def _color(part: WornMesh) -> tuple[float, float, float]:

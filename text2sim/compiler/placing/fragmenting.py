@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from text2sim.compiler.placing.place_error import PatternError
+from text2sim.compiler.shapes.fragment import Fragment
 from text2sim.compiler.shapes.geometry import volume
 from text2sim.compiler.shapes.rotation import frame_apply
 from text2sim.compiler.shapes.sizes import CopySpot
@@ -14,15 +15,12 @@ from text2sim.spec_schema.models.placed import Deformable
 from text2sim.spec_schema.models.repeat import Fragments
 from text2sim.spec_schema.models.shapes import Compound
 
-if TYPE_CHECKING:
-    from text2sim.compiler.shapes.cutting import Cutting
-
 MAX_FRAGMENTS = 250
 """Most fragments of a body: each has a surface of its own, which the engine reads and prepares."""
 
 
-def fragments_of(model: Any, folder: Path) -> "list[Cutting]":
-    """Return the fragments of a body, each with its place in its frame.
+def fragments_of(model: Any, folder: Path) -> list[Fragment]:
+    """Return the fragments of a body.
 
     Raises:
         PatternError: if it cannot be cut.
@@ -70,16 +68,16 @@ def fragmented(spots: Sequence[CopySpot], folder: Path) -> list[CopySpot]:
     found = fragments_of(first, folder)
     whole = volume(first.shape, folder)
     placed = []
-    for index, (spot, cutting) in enumerate(zip(spots, found, strict=True)):
+    for index, (spot, fragment) in enumerate(zip(spots, found, strict=True)):
         for key in ("shape", "repeat"):
             own, meant = getattr(spot.model, key), getattr(first, key)
             if own is not meant and content_of(own) != content_of(meant):
                 raise PatternError(f"fragments are of one body: its `{key}` differs in copy {index}", key)
-        fragment, material = cutting.fragment, spot.model.material
+        material = spot.model.material
         if material.mass is not None:
             density = material.mass / whole
             material = material.model_copy(update={"mass": None, "density": density})
         model = spot.model.model_copy(update={"shape": fragment, "material": material})
-        pos = frame_apply(spot.pos, spot.quat, cutting.center)
+        pos = frame_apply(spot.pos, spot.quat, fragment.place)
         placed.append(spot._replace(pos=pos, shape=fragment, model=model))
     return placed

@@ -5,7 +5,7 @@ not overlap.
 """
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from manifold3d import Manifold, Mesh64, OpType
@@ -16,7 +16,6 @@ from text2sim.compiler.memory import Memory
 from text2sim.compiler.shapes.fragment import Fragment
 from text2sim.compiler.shapes.geometry import key_of, visual_mesh, volume
 from text2sim.compiler.shapes.hulls import outward_hull
-from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.shapes.sculpting import Sculpted
 from text2sim.compiler.shapes.surface import VisualMesh, surface
 from text2sim.spec_schema.errors import AssetError
@@ -49,19 +48,10 @@ CONVEX = 0.7
 MAX_HALVINGS = 2
 """How often a fragment that fills less is cut in half for contact."""
 
-_KNOWN: "Memory[list[Cutting]]" = Memory(64)
+_KNOWN: "Memory[list[Fragment]]" = Memory(64)
 
 
-class Cutting(NamedTuple):
-    """A fragment with its place."""
-
-    fragment: Fragment
-    """About the centre of its volume."""
-    center: Vec
-    """That centre [m], in the frame of the whole."""
-
-
-def cuttings(shape: Any, cut: "Fragments", folder: Path) -> list[Cutting]:
+def cuttings(shape: Any, cut: "Fragments", folder: Path) -> list[Fragment]:
     """Return the fragments of a shape: from its focus outwards or, without one, upwards.
 
     Args:
@@ -76,7 +66,7 @@ def cuttings(shape: Any, cut: "Fragments", folder: Path) -> list[Cutting]:
     return _KNOWN.recall(key, lambda: _cuttings(shape, cut, folder))
 
 
-def _cuttings(shape: Any, cut: "Fragments", folder: Path) -> list[Cutting]:
+def _cuttings(shape: Any, cut: "Fragments", folder: Path) -> list[Fragment]:
     vertices, normals, faces = closed_surface(shape, folder)
     question = (b"fragments", repr(cut).encode(), *(array.tobytes() for array in (vertices, normals, faces)))
     rows = cached_answer(question, lambda: _cut(vertices, normals, faces, cut))
@@ -84,11 +74,12 @@ def _cuttings(shape: Any, cut: "Fragments", folder: Path) -> list[Cutting]:
     centers = [solid.center for solid in made]
     # A surface of flat triangles lacks a little of a round shape; together the fragments weigh what the shape does.
     share = volume(shape, folder) / sum(solid.volume for solid in made)
+    longest = int(np.ptp(vertices, axis=0).argmax())
     found = []
     for solid, row, center in zip(made, rows, centers, strict=True):
         hulls = [(corners - center, net) for corners, net in row["hulls"]]
         own = Sculpted(solid.vertices - center, solid.faces, solid.normals, solid.looks, hulls, ())
-        found.append(Cutting(Fragment.model_construct(solid=own, volume=share * solid.volume), center))
+        found.append(Fragment.model_construct(solid=own, volume=share * solid.volume, place=center, longest=longest))
     return found
 
 

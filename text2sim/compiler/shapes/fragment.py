@@ -3,6 +3,7 @@
 from typing import Any, Literal
 
 from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.base import Model
 
 
@@ -14,6 +15,10 @@ class Fragment(Model):
     """Its surface and its convex pieces: a `Sculpted`."""
     volume: float
     """Its part of the volume [m3] of the shape as described."""
+    place: Vec
+    """Its centre in the frame of the whole [m]."""
+    longest: int
+    """Number of the axis along which the whole is longest."""
 
 
 def fragment_pieces(fragment: Fragment) -> list[Piece]:
