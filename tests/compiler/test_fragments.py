@@ -161,6 +161,21 @@ class TestCutting:
             assert outer.any()
             assert cut.any()
 
+    def test_fragments_of_a_spinning_body_move_as_one(self, tmp_path):
+        spin = (
+            "actions: {controls: {spin: {kind: initial_velocity, body: pane, linear: [1, 0, 0], angular: [0, 0, 2]}}}\n"
+        )
+        resolution = resolved(tmp_path, more=spin)
+        for copy, row in zip(resolution.placed["pane"], resolution.rows.velocities, strict=True):
+            # v = u + w x r, about the centre of mass of the whole
+            x, y, _ = np.subtract(copy.pos, (1, 2, 3))
+            assert row.linear == pytest.approx((1 - 2 * y, 2 * x, 0), abs=1e-6)
+
+    def test_a_ball_is_placed_inside_a_cup(self, tmp_path):
+        ball = "  ball: {kind: rigid, shape: {kind: sphere, radius: 0.01}, place: {inside: pane}}\n"
+        (ball,) = resolved(tmp_path, CUP, "count: 60", more=ball).placed["ball"]
+        assert ball.pos == pytest.approx((1, 2, 3 - 0.05 + 0.003 + 0.01), abs=2e-3)
+
 
 class TestErrors:
     @pytest.mark.parametrize(
