@@ -329,5 +329,5 @@ class Lowering:
 def _surface(look: Look, rgba: Rgba, shape: Any = None) -> Surface:
     decoration = decoration_of(look)
     if isinstance(shape, Fragment):  # before it breaks, the whole looks like one body
-        decoration |= {"alike": True, "cut": {"place": shape.place, "longest": shape.longest}}
+        decoration |= {"alike": True, "cut": {"place": shape.place, "bounds": shape.bounds}}
     return Surface(rgba, look.finish, decoration=decoration)

@@ -30,8 +30,9 @@ class Cut(NamedTuple):
 
     place: tuple[float, float, float]
     """The origin of its link in the body's frame [m]."""
-    longest: int
-    """Number of the axis along which the body is longest."""
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+    """Lowest and highest corner of the body in its frame [m]."""
 
 
 @dataclass(frozen=True)
@@ -239,7 +240,11 @@ def _look(folder: Path, look: dict[str, Any] | None, painted: dict[str, Any]) ->
         picture = picture if picture.is_file() else None
     red, green, blue = look["color"]
     color, alike = (red, green, blue), look.get("alike", False)
-    cut = Cut(tuple(look["cut"]["place"]), look["cut"]["longest"]) if "cut" in look else None
+    cut = (
+        Cut(*(tuple(map(float, row)) for row in (look["cut"]["place"], *look["cut"]["bounds"])))
+        if "cut" in look
+        else None
+    )
     return SurfaceLook(
         color, look["opacity"], look["finish"], look["visible"], picture, decoration_in(look), alike, cut
     )

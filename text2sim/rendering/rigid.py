@@ -24,6 +24,8 @@ MIN_RIM_OPACITY = 0.15
 FACING, BOXY = 0.9, 0.88
 """Cosine from which a triangle belongs to the broad sides, and fraction of the broad sides that such triangles cover:
 less, and the shape is not a box."""
+EDGE = 1e-4
+"""Largest distance of an edge's vertices from the bounds of a pane, as a fraction of its size."""
 
 
 @dataclass(frozen=True)
@@ -149,7 +151,7 @@ def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float
         shared = BatchMaterial(finish, opacity, picture, moves, has_uvs, layer, texture_scale)
         sorted_parts.setdefault(shared, []).append((part, mesh))
         rimmed = look.opacity >= MIN_RIM_OPACITY and finish_of(finish).kind == "clear"
-        if rimmed and (narrow := narrow_sides(read[part.mesh, False])) is not None:
+        if rimmed and (narrow := _rim(read[part.mesh, False], part, look.cut)) is not None:
             tint = tuple(c * t for c, t in zip(look.color, EDGE_TINT, strict=True))
             edge = replace(part, look=replace(look, finish="glass_edge", color=tint))
             sorted_parts.setdefault(BatchMaterial("glass_edge", 1.0, None, moves, False), []).append((edge, narrow))
@@ -178,10 +180,28 @@ def narrow_sides(mesh: RenderMesh) -> RenderMesh | None:
 def _grained(mesh: RenderMesh, part: WornMesh, cut: Cut) -> RenderMesh:
     """Return a fragment with the texture coordinates that it has in the whole body, so that its texture goes on."""
     turn = quats_to_matrices(np.array([part.quat]))[0]
-    whole = replace(mesh, vertices=mesh.vertices @ turn.T + part.pos + cut.place, normals=mesh.normals @ turn.T)
-    whole = boxed_uvs(whole, cut.longest)
+    whole = replace(mesh, vertices=_in_whole(mesh.vertices, part, cut), normals=mesh.normals @ turn.T)
+    whole = boxed_uvs(whole, int(np.subtract(cut.high, cut.low).argmax()))
     back = whole.vertices - np.add(part.pos, cut.place)
     return replace(whole, vertices=back @ turn, normals=whole.normals @ turn)
+
+
+def _in_whole(vertices: Array, part: WornMesh, cut: Cut) -> Array:
+    """Return vertices (n, 3) [m] of a fragment in the frame of the body that it was cut from."""
+    return vertices @ quats_to_matrices(np.array([part.quat]))[0].T + part.pos + cut.place
+
+
+def _rim(mesh: RenderMesh, part: WornMesh, cut: Cut | None) -> RenderMesh | None:
+    """Return what shows the edge of a pane of glass; of a fragment, the part on the edge of the whole pane."""
+    if cut is None:
+        return narrow_sides(mesh)
+    size = np.subtract(cut.high, cut.low)
+    across = np.arange(3) != size.argmin()
+    if size.min() > PANE * np.median(size):
+        return None
+    away = np.minimum(*(np.abs(_in_whole(mesh.vertices, part, cut) - side) for side in (cut.low, cut.high)))
+    at_edge = (away[mesh.faces] < EDGE * size)[:, :, across].all(axis=1).any(axis=1)
+    return replace(mesh, faces=mesh.faces[at_edge], uvs=None) if at_edge.any() else None
 
 
 def _color(part: WornMesh) -> tuple[float, float, float]:

@@ -74,12 +74,12 @@ def _cuttings(shape: Any, cut: "Fragments", folder: Path) -> list[Fragment]:
     centers = [solid.center for solid in made]
     # A surface of flat triangles lacks a little of a round shape; together the fragments weigh what the shape does.
     share = volume(shape, folder) / sum(solid.volume for solid in made)
-    longest = int(np.ptp(vertices, axis=0).argmax())
+    bounds = tuple(tuple(corner.tolist()) for corner in (vertices.min(axis=0), vertices.max(axis=0)))
     found = []
     for solid, row, center in zip(made, rows, centers, strict=True):
         hulls = [(corners - center, net) for corners, net in row["hulls"]]
         own = Sculpted(solid.vertices - center, solid.faces, solid.normals, solid.looks, hulls, ())
-        found.append(Fragment.model_construct(solid=own, volume=share * solid.volume, place=center, longest=longest))
+        found.append(Fragment.model_construct(solid=own, volume=share * solid.volume, place=center, bounds=bounds))
     return found
 
 

@@ -17,8 +17,8 @@ class Fragment(Model):
     """Its part of the volume [m3] of the shape as described."""
     place: Vec
     """Its centre in the frame of the whole [m]."""
-    longest: int
-    """Number of the axis along which the whole is longest."""
+    bounds: tuple[Vec, Vec]
+    """Lowest and highest corner of the whole in its frame [m]."""
 
 
 def fragment_pieces(fragment: Fragment) -> list[Piece]:

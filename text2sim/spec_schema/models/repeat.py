@@ -130,13 +130,16 @@ class Glyphs(Model):
 
 
 class Fragments(Model):
-    """One copy for each fragment into which the shape of a free rigid body is cut, so that it can shatter.
+    """One copy for each fragment into which a rigid body is cut, so that it can shatter.
 
     The fragments are the cells of a Voronoi diagram. They touch face to face and look like one body, but nothing holds
     them together. They are numbered from the focus outwards, or upwards without one; each has its origin at its centre
-    of mass. The shape is any with a closed surface, drawn in the body's look. A cell in which it falls apart, as at the
-    two walls of a tube, gives several fragments. They touch by their convex hulls: with a larger `count`, those of
-    hollow shapes follow the wall more closely. The material's `mass` is that of all fragments together.
+    of mass. The material's `mass` is that of all together.
+
+    The shape is any with a closed surface, and drawn in the body's look; a pattern or label is on each fragment by
+    itself. A cell in which the shape falls apart, such as one that reaches both walls of a tube, gives several
+    fragments. Each has contact by its convex hull, or by those of up to four parts if it fills less than 70 % of its
+    hull: with a larger `count`, the wall of a cup is followed more closely.
     """
 
     kind: Literal["fragments"]
