@@ -68,7 +68,8 @@ class TestCutting:
             CUP,
             "{kind: text, text: Hi, height: 0.2, depth: 0.05}",
             "{kind: compound, parts: {a: {shape: {kind: box, size: [0.2, 0.1, 0.1]}},"
-            " b: {shape: {kind: cylinder, radius: 0.05, height: 0.2}, pose: {pos: [0, 0, 0.15]}}}}",
+            " b: {shape: {kind: cylinder, radius: 0.05, height: 0.2}, pose: {pos: [0, 0, 0.15]}},"
+            " c: {shape: {kind: sphere, radius: 0.05}, pose: {pos: [0, 0, 0.3]}}}}",
         ],
     )
     def test_fragments_weigh_what_the_body_does(self, tmp_path, shape):

@@ -240,11 +240,8 @@ def _look(folder: Path, look: dict[str, Any] | None, painted: dict[str, Any]) ->
         picture = picture if picture.is_file() else None
     red, green, blue = look["color"]
     color, alike = (red, green, blue), look.get("alike", False)
-    cut = (
-        Cut(*(tuple(map(float, row)) for row in (look["cut"]["place"], *look["cut"]["bounds"])))
-        if "cut" in look
-        else None
-    )
+    rows = [(x, y, z) for x, y, z in (look["cut"]["place"], *look["cut"]["bounds"])] if "cut" in look else None
+    cut = Cut(*rows) if rows else None
     return SurfaceLook(
         color, look["opacity"], look["finish"], look["visible"], picture, decoration_in(look), alike, cut
     )

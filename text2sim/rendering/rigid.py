@@ -200,7 +200,8 @@ def _rim(mesh: RenderMesh, part: WornMesh, cut: Cut | None) -> RenderMesh | None
     if size.min() > PANE * np.median(size):
         return None
     away = np.minimum(*(np.abs(_in_whole(mesh.vertices, part, cut) - side) for side in (cut.low, cut.high)))
-    at_edge = (away[mesh.faces] < EDGE * size)[:, :, across].all(axis=1).any(axis=1)
+    near = away[mesh.faces] < EDGE * size
+    at_edge = np.any(np.all(near[:, :, across], axis=1), axis=1)
     return replace(mesh, faces=mesh.faces[at_edge], uvs=None) if at_edge.any() else None
 
 

@@ -16,6 +16,7 @@ from text2sim.compiler.memory import Memory
 from text2sim.compiler.shapes.fragment import Fragment
 from text2sim.compiler.shapes.geometry import key_of, visual_mesh, volume
 from text2sim.compiler.shapes.hulls import outward_hull
+from text2sim.compiler.shapes.rotation import quat_of
 from text2sim.compiler.shapes.sculpting import Sculpted
 from text2sim.compiler.shapes.surface import VisualMesh, surface
 from text2sim.spec_schema.errors import AssetError
@@ -91,19 +92,27 @@ def closed_surface(shape: Any, folder: Path) -> "tuple[np.ndarray, np.ndarray, n
     Raises:
         AssetError: if it is not closed, or a file cannot be used.
     """
-    solid = _solid_of(shape, folder)
-    if solid.is_empty():
-        raise AssetError("its surface is open, or its triangles face different ways: only a closed one can be cut")
+    if isinstance(shape, Compound):
+        parts = []
+        for name, part in shape.solids.items():
+            turned = [mesh.at(part.pose.pos, quat_of(part.pose), name) for mesh in _drawn(part.shape, folder)]
+            parts.append(_closed(turned, f"the surface of part `{name}`"))
+        solid = Manifold.batch_boolean(parts, OpType.Add)
+    else:
+        solid = _closed(_drawn(shape, folder), "its surface")
     mesh = solid.to_mesh64()
     return mesh.vert_properties[:, :3].copy(), mesh.vert_properties[:, 3:].copy(), mesh.tri_verts.astype(np.int64)
 
 
-def _solid_of(shape: Any, folder: Path) -> Manifold:
-    if isinstance(shape, Compound):
-        drawn = {mesh.part: mesh for mesh in visual_mesh(shape, folder) or ()}
-        parts = [_manifold([drawn[name]]) for name in shape.solids]
-        return Manifold.batch_boolean(parts, OpType.Add)
-    return _manifold(visual_mesh(shape, folder) or [surface(shape)])
+def _drawn(shape: Any, folder: Path) -> list[VisualMesh]:
+    return visual_mesh(shape, folder) or [surface(shape)]
+
+
+def _closed(meshes: list[VisualMesh], what: str) -> Manifold:
+    solid = _manifold(meshes)
+    if solid.volume() <= 0:
+        raise AssetError(f"{what} is open, or its triangles face different ways: only a closed one can be cut")
+    return solid
 
 
 def _manifold(meshes: list[VisualMesh]) -> Manifold:
@@ -191,7 +200,9 @@ def _points_within(triangles: "np.ndarray", count: int, dice: np.random.Generato
         hit = np.flatnonzero((s >= 0) & (t >= 0) & (s + t <= 1))
         column.append(first + hit)
         height.append(a[2] + s[hit] * (b[2] - a[2]) + t[hit] * (c[2] - a[2]))
-    columns_hit, heights = np.concatenate(column), np.concatenate(height)
+    columns_hit, heights = (
+        np.concatenate([*rows, np.empty(0, kind)]) for rows, kind in ((column, int), (height, float))
+    )
     order = np.lexsort((heights, columns_hit))
     columns_hit, heights = columns_hit[order], heights[order]
     # A column enters and leaves the solid in turn; one that meets an edge may count twice there, and is left out.
@@ -199,6 +210,8 @@ def _points_within(triangles: "np.ndarray", count: int, dice: np.random.Generato
     kept = even[columns_hit]
     spans = np.column_stack([columns_hit[kept][::2], np.flatnonzero(kept)[::2], np.flatnonzero(kept)[1::2]])
     lengths = heights[spans[:, 2]] - heights[spans[:, 1]]
+    if not lengths.sum() > 0:
+        raise AssetError("is too thin to be cut")
     chosen = dice.choice(len(spans), count, p=lengths / lengths.sum())
     z = heights[spans[chosen, 1]] + dice.random(count) * lengths[chosen]
     return np.column_stack([columns[spans[chosen, 0]], z])

@@ -16,7 +16,6 @@ from text2sim.spec_schema.models.base import (
     Length,
     Model,
     NonNegative,
-    Positive,
     Real,
     Vec3,
 )
@@ -129,6 +128,9 @@ class Glyphs(Model):
     kind: Literal["glyphs"]
 
 
+Stretch = Annotated[Real, Field(ge=0.02, le=50.0)]
+
+
 class Fragments(Model):
     """One copy for each fragment into which a rigid body is cut, so that it can shatter.
 
@@ -151,7 +153,7 @@ class Fragments(Model):
     """A point [m] in the body's frame, such as that of a blow, near which fragments are smaller. At a distance of a
     tenth of the body's longest side, an eighth as many cells lie in a volume as there; in general `1 / (1 + r / r0)^3`
     times as many."""
-    stretch: tuple[Positive, Positive, Positive] = (1.0, 1.0, 1.0)
+    stretch: tuple[Stretch, Stretch, Stretch] = (1.0, 1.0, 1.0)
     """How many times longer fragments are along x, y and z of the body's frame: `[1, 1, 6]` gives splinters along z."""
 
 
