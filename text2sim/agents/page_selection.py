@@ -21,7 +21,7 @@ INDEXED_PAGES = ("`bodies`: the actors", "Shapes", "Shapes of cloth", "Mounts", 
 """Pages whose kinds the Planner sees, one line each."""
 MPM = frozenset({"soft", *FLOWING})
 JOINTED = frozenset({"hinge", "slider", "ball", *LINKED})
-COPIES = frozenset({"line", "grid", "ring", "spiral", "stack", "running_bond", "packing", "glyphs"})
+COPIES = frozenset({"line", "grid", "ring", "spiral", "stack", "running_bond", "packing", "glyphs", "fragments"})
 KINDS_BY_MODEL: dict[str, frozenset[str]] = {
     "Contact": MPM | {"cloth", "fem", "ipc", "pairs"}, "Solver": frozenset({"newton", "cg"}), "Material": frozenset(),
     "Look": frozenset(), "Pose": frozenset(),

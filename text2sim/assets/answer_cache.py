@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 VERSIONED_PACKAGES = (
     "contourpy",
+    "manifold3d",
     "mujoco",
     "numpy",
     "opencv-python",

@@ -12,7 +12,7 @@ from text2sim.compiler.film_cameras import check_targets
 from text2sim.compiler.lower import Lowering
 from text2sim.compiler.masses import known_speeds
 from text2sim.compiler.placing.body_points import BodyPoints
-from text2sim.compiler.placing.lettering import letter_counts
+from text2sim.compiler.placing.divisions import part_counts
 from text2sim.compiler.placing.placement import Copy, file_path, place_all
 from text2sim.compiler.plan import EntityPlan, Friction, Group, Plan
 from text2sim.compiler.release_events import lower_watches
@@ -64,7 +64,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     """
     mechanisms: Mechanisms = {}
     parts, problems = known_parts(loaded, mechanisms)
-    counts, found = letter_counts(loaded)
+    counts, found = part_counts(loaded)
     problems += [*found, *check_references(loaded, parts, counts)]
     _stop_at_errors(problems)
     placed, found = place_all(loaded, tree_extents, tree_standing)

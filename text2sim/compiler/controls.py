@@ -26,7 +26,9 @@ from text2sim.compiler.plan import (
 )
 from text2sim.compiler.schedules import constructor, oscillation, value_at, waypoint_functions
 from text2sim.compiler.selection import select
+from text2sim.compiler.shapes.fragment import Fragment
 from text2sim.compiler.shapes.regions import RegionError
+from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_minus, vector_plus
 from text2sim.compiler.soft.control_checks import check_soft_controls
 from text2sim.compiler.soft.controls import (
     ANY_FIELD,
@@ -201,7 +203,8 @@ def _lower(
     points: BodyPoints,
 ) -> None:
     if isinstance(control, InitialVelocity):
-        rows.velocities.append(StartVelocity(copy.name, control.linear, control.angular, line, name))
+        linear = _linear_of_fragment(control, copy, copies[copy.body])
+        rows.velocities.append(StartVelocity(copy.name, linear, control.angular, line, name))
     elif isinstance(control, Impulse | Force | Torque):
         rows.wrenches.append(_wrench(control, copy, part, line, name, points))
     elif isinstance(control, Remove):
@@ -228,6 +231,15 @@ def _wrench(
     scale = None if control.scale == 1.0 else constructor(control.scale)
     local = control.frame == "body"
     return Wrench(copy.name, part, start, end, force, torque, scale, local, point, line, name)
+
+
+def _linear_of_fragment(control: InitialVelocity, copy: Copy, copies: list[Copy]) -> Vec:
+    """Return the start velocity [m/s] of a copy: fragments that are all selected turn as one body."""
+    if not isinstance(copy.shape, Fragment) or parse_selector(control.body).first is not None:
+        return control.linear
+    total = sum(one.shape.volume for one in copies)
+    x, y, z = (sum(one.shape.volume * one.pos[k] for one in copies) / total for k in range(3))
+    return vector_plus(control.linear, vector_cross(control.angular, vector_minus(copy.pos, (x, y, z))))
 
 
 def _pairs(attach: Attach, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Copy]]:

@@ -14,6 +14,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.extents import extents
+from text2sim.compiler.shapes.fragment import Fragment
 from text2sim.compiler.shapes.piece import Ball
 from text2sim.compiler.shapes.rotation import IDENTITY, frame_apply, quat_conjugate, quat_rotate, vector_unit
 from text2sim.compiler.trees import generators
@@ -239,7 +240,7 @@ class Lowering:
         self._take_in(copy, made.tree, made.balls, made.pieces)
         self.notes |= {f"{copy.body}: {note}": None for note in made.notes}
         own = copy.model.look
-        surface = None if made.color is None or color is None else _surface(own, color)
+        surface = None if made.color is None or color is None else _surface(own, color, copy.shape)
         seen = {part.rgba for link in made.tree.links() for part in (*link.geoms, *link.visuals)}
         looks = {} if surface else looks_by_color(copy)
         part_surfaces = tuple(_surface(one, rgba) for rgba, one in looks.items() if rgba in seen)
@@ -325,5 +326,8 @@ class Lowering:
         return quat_rotate(quat_conjugate(copy.quat), vector_unit(axis))
 
 
-def _surface(look: Look, rgba: Rgba) -> Surface:
-    return Surface(rgba, look.finish, decoration=decoration_of(look))
+def _surface(look: Look, rgba: Rgba, shape: Any = None) -> Surface:
+    decoration = decoration_of(look)
+    if isinstance(shape, Fragment):  # before it breaks, the whole looks like one body
+        decoration |= {"alike": True, "cut": {"place": shape.place, "bounds": shape.bounds}}
+    return Surface(rgba, look.finish, decoration=decoration)

@@ -115,6 +115,7 @@ class Scenery:
         self.recording = _read_confined(folder)
         self._meshes: dict[Path, RenderMesh] = {}
         self._detailed = detailed
+        self._cut = {part.mesh for part in self.recording.parts if part.look.cut is not None}
         count = len(self.recording.states.time)
         if not count:
             raise RunError(f"{folder}: no frame was recorded")
@@ -141,7 +142,7 @@ class Scenery:
         """
         if path not in self._meshes:
             try:
-                self._meshes[path] = read_mesh(path, rounded=self._detailed)
+                self._meshes[path] = read_mesh(path, rounded=self._detailed and path not in self._cut)
             except DAMAGED as error:
                 raise RunError(f"{path}: its geometry is damaged ({error})") from error
         return self._meshes[path]

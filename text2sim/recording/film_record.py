@@ -4,7 +4,7 @@ import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from text2sim.recording.chunks import DAMAGED
 from text2sim.recording.inventory import first_fault
@@ -25,6 +25,16 @@ MAX_SAME_DIFFERENCE = 0.01
 """Difference below which colours count as the same."""
 
 
+class Cut(NamedTuple):
+    """Where a fragment was cut from a body."""
+
+    place: tuple[float, float, float]
+    """The origin of its link in the body's frame [m]."""
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+    """Lowest and highest corner of the body in its frame [m]."""
+
+
 @dataclass(frozen=True)
 class SurfaceLook:
     """How a surface looks."""
@@ -40,6 +50,8 @@ class SurfaceLook:
     """Pattern and writing over its colour."""
     alike: bool = False
     """Whether copies have exactly this colour."""
+    cut: Cut | None = None
+    """Of a fragment of a body."""
 
     @property
     def drawn(self) -> bool:
@@ -228,7 +240,11 @@ def _look(folder: Path, look: dict[str, Any] | None, painted: dict[str, Any]) ->
         picture = picture if picture.is_file() else None
     red, green, blue = look["color"]
     color, alike = (red, green, blue), look.get("alike", False)
-    return SurfaceLook(color, look["opacity"], look["finish"], look["visible"], picture, decoration_in(look), alike)
+    rows = [(x, y, z) for x, y, z in (look["cut"]["place"], *look["cut"]["bounds"])] if "cut" in look else None
+    cut = Cut(*rows) if rows else None
+    return SurfaceLook(
+        color, look["opacity"], look["finish"], look["visible"], picture, decoration_in(look), alike, cut
+    )
 
 
 def _soft(folder: Path, states: States, looks: dict[str, Any]) -> list[SoftPart]:

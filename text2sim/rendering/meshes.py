@@ -83,15 +83,20 @@ def _smooth(vertices: Array, faces: Indices, uvs: Array | None) -> RenderMesh:
     )
 
 
-def boxed_uvs(mesh: RenderMesh) -> RenderMesh:
-    """Return the mesh with box-mapped texture coordinates in metres: each face is projected along its dominant axis."""
+def boxed_uvs(mesh: RenderMesh, longest: int | None = None) -> RenderMesh:
+    """Return the mesh with box-mapped texture coordinates in metres: each face is projected along its dominant axis.
+
+    Args:
+        mesh: The mesh.
+        longest: Number of the axis along which the grain lies; by default that along which it is longest.
+    """
     axis = np.abs(scaled_normals(mesh.vertices[mesh.faces])).argmax(axis=1)
     corners = np.stack([mesh.faces.ravel(), np.repeat(axis, 3)], axis=1)
     drawn, faces = np.unique(corners, axis=0, return_inverse=True)
     vertices = mesh.vertices[drawn[:, 0]]
     across = np.array([(1, 2), (0, 2), (0, 1)])[drawn[:, 1]]
     # The grain of wood is along v, and should run along the longest side.
-    longest = int(np.ptp(mesh.vertices, axis=0).argmax())
+    longest = int(np.ptp(mesh.vertices, axis=0).argmax()) if longest is None else longest
     across = np.where((across[:, 0] == longest)[:, None], across[:, ::-1], across)
     uvs = np.take_along_axis(vertices, across, axis=1)
     return RenderMesh(vertices, faces.reshape(-1, 3), mesh.normals[drawn[:, 0]], uvs)

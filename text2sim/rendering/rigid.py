@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from text2sim.assets.surface import scaled_normals
 from text2sim.compiler.shapes.rotation import quats_to_matrices
-from text2sim.recording.film_record import WornMesh
+from text2sim.recording.film_record import Cut, WornMesh
 from text2sim.rendering.decorating import Layer, decorated, shifted, toned
 from text2sim.rendering.finishes import EDGE_TINT, drawn_finish, finish_of, material, needs_uvs
 from text2sim.rendering.meshes import RenderMesh, boxed_uvs, read_mesh
@@ -24,6 +24,8 @@ MIN_RIM_OPACITY = 0.15
 FACING, BOXY = 0.9, 0.88
 """Cosine from which a triangle belongs to the broad sides, and fraction of the broad sides that such triangles cover:
 less, and the shape is not a box."""
+EDGE = 1e-4
+"""Largest distance of an edge's vertices from the bounds of a pane, as a fraction of its size."""
 
 
 @dataclass(frozen=True)
@@ -124,23 +126,23 @@ def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float
         finish = drawn_finish(look.finish, look.color, 1.0 if printed else look.opacity)
         key = part.mesh, needs_uvs(finish)
         if key not in read:
-            mesh = read_mesh(part.mesh)
+            mesh = read_mesh(part.mesh, rounded=look.cut is None)  # edges with bevels would show where it breaks
             if key[1] and mesh.uvs is None:
-                mesh = boxed_uvs(mesh)
+                mesh = boxed_uvs(mesh) if look.cut is None else _grained(mesh, part, look.cut)
             read[key] = mesh
         mesh, layer = read[key], None
         if look.decoration is not None and finish_of(finish).kind != "clear":
             own = part.mesh, look.decoration, look.color, tuple(part.quat)
             if own not in laid:
                 if part.mesh not in read:
-                    read[part.mesh] = read_mesh(part.mesh)
+                    read[part.mesh] = read_mesh(part.mesh, rounded=look.cut is None)
                 plain = replace(read[part.mesh], uvs=None)
                 turn = quats_to_matrices(np.array([part.quat]))[0]
                 laid[own] = decorated(plain, look.decoration, look.color, turn, textured=needs_uvs(finish))[:2]
             mesh, layer = laid[own]
             if look.decoration.repeats:
                 mesh = shifted(mesh, part.body, layer.unit)
-        elif key[1] and look.picture is None:
+        elif key[1] and look.picture is None and look.cut is None:
             mesh = shifted(mesh, part.body, None)
         # A texture without texture coordinates is not visible.
         picture = look.picture if mesh.uvs is not None and layer is None else None
@@ -149,7 +151,7 @@ def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float
         shared = BatchMaterial(finish, opacity, picture, moves, has_uvs, layer, texture_scale)
         sorted_parts.setdefault(shared, []).append((part, mesh))
         rimmed = look.opacity >= MIN_RIM_OPACITY and finish_of(finish).kind == "clear"
-        if rimmed and (narrow := narrow_sides(read[part.mesh, False])) is not None:
+        if rimmed and (narrow := _rim(read[part.mesh, False], part, look.cut)) is not None:
             tint = tuple(c * t for c, t in zip(look.color, EDGE_TINT, strict=True))
             edge = replace(part, look=replace(look, finish="glass_edge", color=tint))
             sorted_parts.setdefault(BatchMaterial("glass_edge", 1.0, None, moves, False), []).append((edge, narrow))
@@ -173,6 +175,34 @@ def narrow_sides(mesh: RenderMesh) -> RenderMesh | None:
     if size[axis] > PANE * np.median(size) or covered <= BOXY * broad or flat.all():
         return None
     return replace(mesh, faces=mesh.faces[~flat], uvs=None)
+
+
+def _grained(mesh: RenderMesh, part: WornMesh, cut: Cut) -> RenderMesh:
+    """Return a fragment with the texture coordinates that it has in the whole body, so that its texture goes on."""
+    turn = quats_to_matrices(np.array([part.quat]))[0]
+    whole = replace(mesh, vertices=_in_whole(mesh.vertices, part, cut), normals=mesh.normals @ turn.T)
+    whole = boxed_uvs(whole, int(np.subtract(cut.high, cut.low).argmax()))
+    back = whole.vertices - np.add(part.pos, cut.place)
+    return replace(whole, vertices=back @ turn, normals=whole.normals @ turn)
+
+
+def _in_whole(vertices: Array, part: WornMesh, cut: Cut) -> Array:
+    """Return vertices (n, 3) [m] of a fragment in the frame of the body that it was cut from."""
+    return vertices @ quats_to_matrices(np.array([part.quat]))[0].T + part.pos + cut.place
+
+
+def _rim(mesh: RenderMesh, part: WornMesh, cut: Cut | None) -> RenderMesh | None:
+    """Return what shows the edge of a pane of glass; of a fragment, the part on the edge of the whole pane."""
+    if cut is None:
+        return narrow_sides(mesh)
+    size = np.subtract(cut.high, cut.low)
+    across = np.arange(3) != size.argmin()
+    if size.min() > PANE * np.median(size):
+        return None
+    away = np.minimum(*(np.abs(_in_whole(mesh.vertices, part, cut) - side) for side in (cut.low, cut.high)))
+    near = away[mesh.faces] < EDGE * size
+    at_edge = np.any(np.all(near[:, :, across], axis=1), axis=1)
+    return replace(mesh, faces=mesh.faces[at_edge], uvs=None) if at_edge.any() else None
 
 
 def _color(part: WornMesh) -> tuple[float, float, float]:

@@ -7,9 +7,6 @@ from typing import Any
 from text2sim.compiler.placing.place_error import PatternError
 from text2sim.compiler.shapes.rotation import IDENTITY, quat_rotate
 from text2sim.compiler.shapes.sizes import CopySpot
-from text2sim.spec_schema.errors import AssetError, Problem
-from text2sim.spec_schema.loaded import LoadedCase
-from text2sim.spec_schema.models.repeat import Glyphs
 from text2sim.spec_schema.models.shapes import Sketch, Text
 
 WRONG_SHAPE = "has one copy for each letter of a text or piece of a sketch; this is neither"
@@ -31,23 +28,6 @@ def letter_rows(model: Any, folder: Path) -> list[tuple[int, int]]:
     if shape.part is not None:
         raise PatternError(WITH_PART, "shape", "part")
     return [(glyph.row, glyph.column) for glyph in glyph_parts(shape, folder)]
-
-
-def letter_counts(loaded: LoadedCase) -> tuple[dict[str, int], list[Problem]]:
-    """Count the copies of bodies and statics whose copies are letters or pieces, and say what is wrong there."""
-    counts: dict[str, int] = {}
-    problems: list[Problem] = []
-    for root, models in ((("scene", "statics"), loaded.case.scene.statics), (("bodies",), loaded.case.bodies)):
-        for name, model in models.items():
-            if not isinstance(model.repeat, Glyphs):
-                continue
-            try:
-                counts[name] = len(letter_rows(model, loaded.folder))
-            except PatternError as error:
-                problems.append(loaded.problem((*root, name, *error.where), str(error), rule="placement"))
-            except AssetError as error:
-                problems.append(loaded.problem((*root, name, "shape"), str(error), rule="asset"))
-    return counts, problems
 
 
 def lettered(spots: Sequence[CopySpot], folder: Path) -> list[CopySpot]:

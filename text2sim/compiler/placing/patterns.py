@@ -9,14 +9,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, quat_from_yaw
-from text2sim.spec_schema.models.repeat import Glyphs, Grid, Line, Repeat, Ring, RunningBond, Spiral
+from text2sim.spec_schema.models.repeat import Divided, Grid, Line, Repeat, Ring, RunningBond, Spiral
 from text2sim.spec_schema.models.shapes import Box
 from text2sim.spec_schema.names.name_table import count_copies
 
 Variables = dict[str, int | float]
 """`i`, `n`, `u`, `row`, `column`, `layer` of a copy."""
 Rows = Sequence[tuple[int, int]]
-"""Row and column of each letter of a text or piece of a sketch."""
+"""Row and column of each part of a shape: letters of a text, pieces of a sketch, fragments."""
 
 MAX_COPIES = 100_000
 
@@ -35,12 +35,12 @@ class PatternSlot:
     """Size [m] of a box that differs from the body's."""
 
 
-def copy_count(repeat: Repeat, letters: Rows = ()) -> int:
+def copy_count(repeat: Repeat, parts: Rows = ()) -> int:
     """Return how many copies a pattern makes; see `copy_variables`."""
-    return len(letters) if isinstance(repeat, Glyphs) else count_copies(repeat)
+    return len(parts) if isinstance(repeat, Divided) else count_copies(repeat)
 
 
-def copy_variables(repeat: Repeat, letters: Rows = ()) -> list[Variables]:
+def copy_variables(repeat: Repeat, parts: Rows = ()) -> list[Variables]:
     """Return the variables of every copy, in the order of their numbers.
 
     A grid counts columns along x, rows along y and layers along z, columns fastest; a running bond counts
@@ -49,11 +49,11 @@ def copy_variables(repeat: Repeat, letters: Rows = ()) -> list[Variables]:
 
     Args:
         repeat: The pattern.
-        letters: Row and column of each letter or piece.
+        parts: Row and column of each letter, piece or fragment, where these are the copies.
     """
     cells: list[tuple[int, int, int]]
-    if isinstance(repeat, Glyphs):
-        cells = [(row, column, 0) for row, column in letters]
+    if isinstance(repeat, Divided):
+        cells = [(row, column, 0) for row, column in parts]
     elif isinstance(repeat, Grid):
         nx, ny, nz = (*repeat.counts, 1)[:3]
         cells = [(row, column, layer) for layer in range(nz) for row in range(ny) for column in range(nx)]

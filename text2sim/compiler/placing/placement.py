@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from text2sim.compiler.placing.arrangement import COPYWISE_KEYS, PlacementEntry, PlacementTargets, arrange
-from text2sim.compiler.placing.lettering import letter_rows
+from text2sim.compiler.placing.divisions import part_rows
 from text2sim.compiler.placing.patterns import MAX_COPIES, SINGLE, Variables, copy_count, copy_variables
 from text2sim.compiler.placing.place_error import PatternError, PlaceError
 from text2sim.compiler.shapes.extents import TreeExtents
@@ -21,7 +21,6 @@ from text2sim.compiler.shapes.sizes import MAX_PIECES, CopySpot, SizeError, Size
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError, nearest
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.placement import RELATIONS
-from text2sim.spec_schema.models.repeat import Glyphs
 from text2sim.spec_schema.models.soft_bodies import Round
 from text2sim.spec_schema.names.selectors import parse_selector
 
@@ -110,12 +109,12 @@ class _Placer:
         if model.repeat is None:
             return single
         try:
-            letters = letter_rows(model, self.loaded.folder) if isinstance(model.repeat, Glyphs) else ()
+            parts = part_rows(model, self.loaded.folder)
         except (PatternError, AssetError) as error:
             where = error.where if isinstance(error, PatternError) else ("shape",)
             self._report((*root, *where), error, "asset" if isinstance(error, AssetError) else "placement")
             return single
-        count = copy_count(model.repeat, letters)
+        count = copy_count(model.repeat, parts)
         if count > MAX_COPIES:
             message = f"makes {count} copies; at most {MAX_COPIES} are possible"
             self._report((*root, "repeat"), message, "too-many-copies")
@@ -127,7 +126,7 @@ class _Placer:
                 message = f"with this, the scene has more than {MAX_PIECES:,} convex pieces, too many for the engine"
                 self.problems.append(self.loaded.problem(root, message, key=True, rule="too-many"))
             return single
-        variables = copy_variables(model.repeat, letters)
+        variables = copy_variables(model.repeat, parts)
         if not self.loaded.varies(root):
             return PlacementEntry(name, root, model, model.repeat, variables, [model] * count)
         models = []

@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from itertools import repeat as again
 
-from text2sim.compiler.placing.lettering import lettered
+from text2sim.compiler.placing.divisions import divided
 from text2sim.compiler.placing.packing import PackingError, grain_of, pack
 from text2sim.compiler.placing.patterns import bond_slots, pattern_slots
 from text2sim.compiler.placing.place_error import PatternError
 from text2sim.compiler.shapes.rotation import IDENTITY, Vec, quat_multiply, quat_rotate, vector_plus
 from text2sim.compiler.shapes.sizes import CopySpot, Sizes
 from text2sim.compiler.shapes.space import SpaceError
-from text2sim.spec_schema.models.repeat import Glyphs, Line, Packing, Repeat, RunningBond, Stack
+from text2sim.spec_schema.models.repeat import Divided, Line, Packing, Repeat, RunningBond, Stack
 from text2sim.spec_schema.models.shapes import Box
 
 
@@ -26,8 +26,8 @@ def spread(repeat: Repeat, spots: Sequence[CopySpot], sizes: Sizes) -> list[Copy
         PatternError: if the pattern cannot be made of these copies.
         AssetError: if a font or picture cannot be used.
     """
-    if isinstance(repeat, Glyphs):
-        return lettered(spots, sizes.folder)
+    if isinstance(repeat, Divided):
+        return divided(repeat, spots, sizes.folder)
     if isinstance(repeat, Packing):
         return _packed(repeat, spots, sizes)
     if isinstance(repeat, Stack):

@@ -7,6 +7,7 @@ from typing import Any
 
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.casemesh import load_mesh
+from text2sim.compiler.shapes.fragment import Fragment
 from text2sim.compiler.shapes.hulls import MANY_VERTICES
 from text2sim.compiler.shapes.piece import outer_polygon_radius, wall_radii
 from text2sim.compiler.shapes.rotation import (
@@ -90,6 +91,10 @@ def _reach_sculpt(shape: Sculpt, u: Vec, folder: Path) -> float:
     return float((sculpted(shape).vertices @ u).max())
 
 
+def _reach_fragment(shape: Fragment, u: Vec, folder: Path) -> float:
+    return float((shape.solid.vertices @ u).max())
+
+
 def _reach_points(shape: Faceted, u: Vec, folder: Path) -> float:
     return max(x * u[0] + y * u[1] + z * u[2] for x, y, z in shape.points)
 
@@ -126,6 +131,7 @@ _REACH: dict[str, Callable[[Any, Vec, Path], float]] = {
     "text": _reach_flat,
     "sketch": _reach_flat,
     "sculpt": _reach_sculpt,
+    "fragment": _reach_fragment,
     "disc": lambda shape, u, folder: _reach_ring(shape.radius, SHEET_THICKNESS / 2, (u[0], u[1], abs(u[2]))),
     "sleeve": _reach_sleeve,
     "ribbon": _reach_ribbon,

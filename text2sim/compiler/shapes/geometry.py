@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from text2sim.compiler.memory import Memory
 from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
 from text2sim.compiler.shapes.distance_field import field_of
+from text2sim.compiler.shapes.fragment import Fragment, fragment_pieces
 from text2sim.compiler.shapes.hulls import corners_and_sides
 from text2sim.compiler.shapes.meshfile import errors_about
 from text2sim.compiler.shapes.piece import Piece, cone_piece, ring_pieces, wall_pieces, wall_radii
@@ -96,6 +97,8 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
         return prisms(shape, folder)
     if isinstance(shape, Sculpt):
         return pieces_of(shape)
+    if isinstance(shape, Fragment):
+        return fragment_pieces(shape)
     if isinstance(shape, Sheet):
         return sheet_pieces(shape)
     if isinstance(shape, Disc):
@@ -186,6 +189,8 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
         ]
     if isinstance(shape, Sculpt):
         return sculpted(shape).visuals()
+    if isinstance(shape, Fragment):
+        return shape.solid.visuals()
     if isinstance(shape, Drawn):
         return [_SURFACES.recall(key_of(shape, folder), lambda: surface(shape))]
     if isinstance(shape, Text | Sketch):
@@ -210,7 +215,7 @@ def volume(shape: Any, folder: Path) -> float:
         return sum(volume(part.shape, folder) for part in shape.solids.values())
     if kind == "mesh":
         return load_mesh(shape.file, folder).volume * shape.scale**3
-    if isinstance(shape, Stream):
+    if isinstance(shape, Stream | Fragment):
         return shape.volume
     if kind == "cone":
         r, top = shape.radius, shape.top_radius

@@ -7,6 +7,7 @@ from typing import Any
 from text2sim.compiler.looks import rgba_of
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.fragment import Fragment
 from text2sim.compiler.shapes.inertials import Inertial
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.sculpting import sculpted
@@ -101,10 +102,13 @@ def _densities(
 
 
 def _inertia(shape: Any, geoms: tuple[TreeGeom, ...]) -> Inertial | None:
-    """Return the inertia of a sculpt from its surface, since its pieces overlap; their masses add up to its mass."""
-    if not isinstance(shape, Sculpt):
+    """Return the inertia of a sculpt or fragment from its surface, which its pieces do not fill exactly.
+
+    Their masses add up to its mass.
+    """
+    if not isinstance(shape, Sculpt | Fragment):
         return None
-    sculpture = sculpted(shape)
+    sculpture = sculpted(shape) if isinstance(shape, Sculpt) else shape.solid
     mass = sum(geom.density * geom.piece.volume() for geom in geoms)
     xx, yy, zz, xy, xz, yz = (moment * mass / sculpture.volume for moment in sculpture.inertia)
     return Inertial(mass, sculpture.center, (xx, yy, zz, xy, xz, yz))

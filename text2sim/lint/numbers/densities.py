@@ -79,7 +79,9 @@ def _masses(facts: Facts, name: str) -> Iterator[Problem]:
         # A prefab may give the mass.
         where = facts.first_path(facts.where(name, "material", "mass"), facts.where(name))
         for copy in kinds_of(facts, name):
-            text = _mass_text(copy.name, mass, sum(part.piece.volume() for part in facts.parts(copy)))
+            text = _mass_text(
+                copy.name, facts.masses[copy.name], sum(part.piece.volume() for part in facts.parts(copy))
+            )
             if text:
                 yield facts.problem("implausible-density", where, text)
                 break

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import apart
+from text2sim.compiler.shapes.fragment import Fragment
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
@@ -58,6 +59,8 @@ def _overlap(facts: Facts) -> Iterator[Problem]:
     for a, b in facts.near(slack=MIN_DEPTH):
         if tests.left < 0:
             break
+        if a.body == b.body and isinstance(a.shape, Fragment):
+            continue  # fragments touch all over, and their pieces lie in different cells
         a, b = (b, a) if _rank(facts, b) < _rank(facts, a) else (a, b)
         pairs = _pieces_inside(facts, a, b, welded, tests)
         if not pairs:

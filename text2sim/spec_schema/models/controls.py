@@ -32,7 +32,8 @@ class InitialVelocity(Acting):
     linear: Vec3 = (0.0, 0.0, 0.0)
     """Velocity of the centre of mass [m/s], in the world."""
     angular: Vec3 = (0.0, 0.0, 0.0)
-    """Angular velocity [rad/s], in the world."""
+    """Angular velocity [rad/s], in the world. Fragments (`repeat: {kind: fragments}`) turn as one body, unless only
+    some are selected."""
 
 
 class Impulse(Acting):

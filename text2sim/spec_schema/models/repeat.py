@@ -8,7 +8,17 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from text2sim.spec_schema.models.base import Bool, ByKind, Count, Integer, Length, Model, NonNegative, Real, Vec3
+from text2sim.spec_schema.models.base import (
+    Bool,
+    ByKind,
+    Count,
+    Integer,
+    Length,
+    Model,
+    NonNegative,
+    Real,
+    Vec3,
+)
 from text2sim.spec_schema.models.space import Region
 
 
@@ -118,4 +128,35 @@ class Glyphs(Model):
     kind: Literal["glyphs"]
 
 
-Repeat = Annotated[Line | Grid | Ring | Spiral | Stack | RunningBond | Packing | Glyphs, ByKind()]
+Stretch = Annotated[Real, Field(ge=0.02, le=50.0)]
+
+
+class Fragments(Model):
+    """One copy for each fragment into which a rigid body is cut, so that it can shatter.
+
+    The fragments are the cells of a Voronoi diagram. They touch face to face and look like one body, but nothing holds
+    them together. They are numbered from the focus outwards, or upwards without one; each has its origin at its centre
+    of mass. The material's `mass` is that of all together.
+
+    The shape is any with a closed surface, and drawn in the body's look; a pattern or label is on each fragment by
+    itself. A cell in which the shape falls apart, such as one that reaches both walls of a tube, gives several
+    fragments. Each has contact by its convex hull, or by those of up to four parts if it fills less than 70 % of its
+    hull: with a larger `count`, the wall of a cup is followed more closely.
+    """
+
+    kind: Literal["fragments"]
+    count: Annotated[Integer, Field(ge=2, le=200)] = 30
+    """Number of cells."""
+    seed: Annotated[Integer, Field(ge=0, le=1_000_000)] = 0
+    """Same seed, same fragments."""
+    focus: Vec3 | None = None
+    """A point [m] in the body's frame, such as that of a blow, near which fragments are smaller. At a distance of a
+    tenth of the body's longest side, an eighth as many cells lie in a volume as there; in general `1 / (1 + r / r0)^3`
+    times as many."""
+    stretch: tuple[Stretch, Stretch, Stretch] = (1.0, 1.0, 1.0)
+    """How many times longer fragments are along x, y and z of the body's frame: `[1, 1, 6]` gives splinters along z."""
+
+
+Divided = Glyphs | Fragments
+"""Patterns whose copies are the parts of the shape."""
+Repeat = Annotated[Line | Grid | Ring | Spiral | Stack | RunningBond | Packing | Glyphs | Fragments, ByKind()]

@@ -9,14 +9,14 @@ from text2sim.spec_schema.errors import Problem, Severity, nearest, there_are
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid
 from text2sim.spec_schema.models.placed import Deformable
-from text2sim.spec_schema.models.repeat import Glyphs, Grid, Repeat, RunningBond
+from text2sim.spec_schema.models.repeat import Divided, Fragments, Grid, Repeat, RunningBond
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.models.shapes import Compound, Text
 from text2sim.spec_schema.names.selectors import Selection, named_by, parse_selector
 from text2sim.spec_schema.text.document import Path
 
 UNKNOWN_COPIES = 1000
-"""Copies of an unread sketch: the largest number of pieces."""
+"""Copies of an unread sketch: the largest number of pieces. A body that is not yet cut has fewer fragments."""
 
 
 def touching_parts(model: Any) -> list[str]:
@@ -25,7 +25,7 @@ def touching_parts(model: Any) -> list[str]:
     Meshes with `collision: decompose` become one in the engine; if there are several, no contact is known to be of one.
     """
     shape = getattr(model, "shape", None)
-    if not isinstance(shape, Compound) or isinstance(model, Deformable):
+    if not isinstance(shape, Compound) or isinstance(model, Deformable) or isinstance(model.repeat, Fragments):
         return []
     merged = {name for name, part in shape.solids.items() if getattr(part.shape, "collision", "") == "decompose"}
     return [name for name in shape.solids if len(merged) < 2 or name not in merged]
@@ -311,7 +311,7 @@ def count_copies(repeat: Repeat | None, shape: Any = None) -> int:
     """
     if repeat is None:
         return 1
-    if isinstance(repeat, Glyphs):
+    if isinstance(repeat, Divided):
         return sum(not sign.isspace() for sign in shape.text) if isinstance(shape, Text) else UNKNOWN_COPIES
     if isinstance(repeat, Grid):
         return math.prod(repeat.counts)
