@@ -229,7 +229,7 @@ class Extent(Measured):
 
 
 class Distance(Measured):
-    """Distance [m] between the origins of two bodies.
+    """Distance [m] between the origins of two bodies, of what deforms the centre of mass; `gap` is up to its surface.
 
     For several, of the nearest pair.
     """
@@ -242,9 +242,9 @@ class Distance(Measured):
 
 
 class ContactForce(Measured):
-    """Magnitude [N] of the sum of contact forces on a body.
+    """Magnitude [N] of the sum of contact forces on a rigid body by rigid ones, or by `by`.
 
-    If `by` is given, of those from another.
+    Forces of what deforms are not reported: measure its `gap`, or what it moves.
     """
 
     kind: Literal["contact_force"]
@@ -257,7 +257,7 @@ class ContactForce(Measured):
 
 
 class ContactCount(Measured):
-    """Number of pairs of bodies in contact: those of `of` with any body, or with `by`."""
+    """Number of pairs of rigid bodies in contact: those of `of` with any body, or with `by`."""
 
     kind: Literal["contact_count"]
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
@@ -268,7 +268,7 @@ class ContactCount(Measured):
 
 
 class Penetration(Measured):
-    """Deepest overlap [m] of bodies in contact.
+    """Deepest overlap [m] of rigid bodies in contact, or of what deforms in a rigid body.
 
     It is that of `of` with any body, or with `by`.
     """

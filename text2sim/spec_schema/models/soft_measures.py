@@ -125,7 +125,7 @@ class FoldedArea(Measured):
 
 
 class Gap(Measured):
-    """Smallest distance [m] between a deformable body and another; negative values are the depth in a rigid body.
+    """Smallest distance [m] between a deformable body and any other; negative values are the depth in a rigid body.
 
     It is measured from the points of the body: pbd particles rest half their distance above a surface, mpm particles up
     to a cell.
