@@ -19,13 +19,14 @@ def turning_points(values: Array, swing: float) -> list[int]:
     """
     turns: list[int] = []
     highest = lowest = rising = 0  # `rising` is 0 until the first change
-    for frame, value in enumerate(values.tolist()):
-        highest = frame if value > values[highest] else highest
-        lowest = frame if value < values[lowest] else lowest
-        if rising >= 0 and values[highest] - value >= swing:
+    heights = values.tolist()
+    for frame, value in enumerate(heights):
+        highest = frame if value > heights[highest] else highest
+        lowest = frame if value < heights[lowest] else lowest
+        if rising >= 0 and heights[highest] - value >= swing:
             turns += [highest] if rising else []
             rising, lowest = -1, frame
-        elif rising <= 0 and value - values[lowest] >= swing:
+        elif rising <= 0 and value - heights[lowest] >= swing:
             turns += [lowest] if rising else []
             rising, highest = 1, frame
     return turns
