@@ -101,7 +101,7 @@ actions: {controls: {down: {kind: drive, joint: knife, position: -0.2}}}
 
 @pytest.mark.parametrize("why", ["a blade is meant to go through", "meant", ""])
 def test_an_owner_can_say_of_an_error_of_the_lint_that_it_is_meant(tmp_path: Path, why: str) -> None:
-    """The reason waives the rule, so that the version runs; without one it is refused, as an error."""
+    """The reason waives the rule there, so that the version runs; without one it is refused, as an error."""
     answer = f"patch: []\nwhy: {why}" if why else "patch: []"
     made, model = team(tmp_path, {"bodies": [answer]})
     made.workshop.agreement.names, made.workshop.agreement.contract = (), None
@@ -111,7 +111,7 @@ def test_an_owner_can_say_of_an_error_of_the_lint_that_it_is_meant(tmp_path: Pat
     assert "thin-wall" in model.questions("bodies")[0]
     assert "What is intended is waived" in model.questions("bodies")[0]
     assert (problems == []) == (len(why) > 10)
-    assert revising.data_of(attempt.text).get("waive") == ({"thin-wall": why} if len(why) > 10 else None)
+    assert revising.data_of(attempt.text).get("waive") == ({"thin-wall@bodies.knife": why} if len(why) > 10 else None)
 
 
 def test_patches_that_need_each_other_are_not_lost_with_a_third() -> None:

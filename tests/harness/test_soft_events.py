@@ -114,6 +114,37 @@ def test_a_sheet_on_one_of_several_blocks(new_run, find):
     assert find(folder, bodies, kind="contact", between=["block[1]", "towel"]).occurrences["e"] == []
 
 
+@pytest.mark.parametrize(
+    ("one", "other", "near"),
+    [
+        ("liquid", None, 0.01),  # mpm, spacing 6.4 mm: a cell of 1 cm
+        ("granular", None, 0.01),
+        ("liquid", "soft", 0.02),
+        ("liquid", "cloth", 0.01 + 0.012),  # pbd, spacing 2 cm
+        ("cloth", "cloth", 0.024),
+        ("cloth", "soft", 0.012 + 0.01),
+    ],
+)
+def test_all_kinds_of_bodies_touch(new_run, find, one, other, near):
+    run, bodies = new_run(), {}
+    height = np.outer(np.linspace(0.1, 0.0, len(run.time)), [0, 0, 1])[:, None]
+    for name, kind, rise in (("upper", one, height), ("lower", other, 0 * height)):
+        if kind is None:
+            run.add_link("lower", pos=(0, 0, -0.1))
+            run.add_box(0, (0.1, 0.1, 0.1))
+            bodies[name] = BLOCK | {"mount": {"kind": "fixed"}}
+        elif kind == "cloth":
+            run.add_soft(name, sheet(5, 5, 0.02)[0] + rise, kind=kind, solver="pbd", spacing=0.02)
+            bodies[name] = CLOTH
+        else:
+            below = 0.0 if name == "upper" else 0.2
+            run.add_soft(name, lattice(3, 0.1) + [0, 0, 0.1 - below] + rise, kind=kind, spacing=0.0064)
+            bodies[name] = SOFT | {"kind": kind}
+    (row,) = find(run, bodies, kind="contact", between=["upper", "lower"]).occurrences["e"]
+    assert row["time"] == pytest.approx(1 - near / 0.1, abs=0.011)
+    assert row["between"] == ["upper", "lower"]
+
+
 def test_touches_need_no_recorded_contacts(bouncing, find):
     scene = {"record": {"contacts": False}}
     log = find(bouncing, scene=scene, kind="contact", between=["jelly", "floor"])

@@ -4,6 +4,8 @@ from pathlib import Path
 
 from lint_support import report_on
 
+from text2sim.lint import waiver_of
+
 SUNK = "bodies: {ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, -0.3]}}}"
 REASON = "it is to fall for ever as this is about that"
 
@@ -16,6 +18,29 @@ def test_an_error_that_is_waived_does_not_stop_a_run(tmp_path: Path) -> None:
     assert (waived.problem.rule, waived.problem.path, waived.reason) == ("under-floor", "/bodies/ball/pose", REASON)
     assert waived.as_dict()["reason"] == REASON
     assert waived.as_dict()["severity"] == "error"
+
+
+def test_a_waiver_of_one_place_leaves_the_others(tmp_path: Path) -> None:
+    two = (
+        "bodies: {ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, -0.3]}}, "
+        "ball_2: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [1, 0, -0.3]}}}"
+    )
+    for place in ("bodies.ball", "bodies.ball.pose"):
+        report = report_on(tmp_path, two, f"waive: {{under-floor@{place}: {REASON}}}")
+        assert [one.problem.path for one in report.waived] == ["/bodies/ball/pose"]
+        assert [one.path for one in report.problems if one.rule == "under-floor"] == ["/bodies/ball_2/pose"]
+        assert waiver_of(report.waived[0].problem) == "under-floor@bodies.ball"
+    report = report_on(tmp_path, two, f"waive: {{under-floor: all of {REASON}, under-floor@bodies.ball: {REASON}}}")
+    assert [one.reason for one in report.waived] == [REASON, f"all of {REASON}"], "the nearer reason counts"
+    assert not [one for one in report.problems if one.rule == "unused-waiver"]
+
+
+def test_a_waiver_of_a_place_without_findings_and_of_no_rule(tmp_path: Path) -> None:
+    report = report_on(tmp_path, SUNK, f"waive: {{under-floor@bodies.bal: {REASON}, under-flor@bodies.ball: {REASON}}}")
+    found = {problem.path: problem for problem in report.problems if problem.path.startswith("/waive")}
+    assert "reports nothing at `bodies.bal`" in found["/waive/under-floor@bodies.bal"].message
+    assert found["/waive/under-flor@bodies.ball"].hint == "under-floor"
+    assert not report.ok
 
 
 def test_a_rule_that_does_not_exist(tmp_path: Path) -> None:

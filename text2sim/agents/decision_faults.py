@@ -90,7 +90,7 @@ def decision_faults(
 def _waiver_faults(decision: Decision, report: AttemptReport) -> list[str]:
     # A waiver may be for what this very decision will cause; the check refuses names that are not rules.
     changes = bool(decision.take or decision.routes or decision.params or decision.back_to)
-    strange = [rule for rule in decision.waive if rule not in report.rules and not changes]
+    strange = [rule for rule in decision.waive if rule.partition("@")[0] not in report.rules and not changes]
     unexplained = [rule for rule, why in decision.waive.items() if len(why) < 10]
     return [
         *(f"/waive/{rule}: the lint did not find this here" for rule in strange),

@@ -121,11 +121,12 @@ class Mending:
         return examined, doubts
 
     def _owners_reasons(self, errors: Sequence[Problem]) -> dict[str, str]:
-        """Reasons, by rule, why owners left errors of the lint as they are; what is no rule cannot be waived."""
-        from text2sim.lint.rules import RULES
+        """Reasons why owners left errors of the lint as they are, by rule and place; only rules can be waived."""
+        from text2sim.lint import waiver_of
+        from text2sim.lint.rules import find_rule
 
-        said = {p.rule: self.workshop.unchanged.get(owner_of(p, self.agreement.pointers), "") for p in errors}
-        return {rule.id: said[rule.id] for rule in RULES if len(said.get(rule.id, "")) >= MIN_REASON_LENGTH}
+        found = [(p, self.workshop.unchanged.get(owner_of(p, self.agreement.pointers), "")) for p in errors]
+        return {waiver_of(p): why for p, why in found if len(why) >= MIN_REASON_LENGTH and find_rule(p.rule)}
 
     def _has_to_stay(self, problem: Problem) -> bool:
         """Whether a measure never changes, and all that is expected of it is planned to hold from the start."""

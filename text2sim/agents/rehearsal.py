@@ -321,6 +321,7 @@ def _rest_faults(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]
         if expect.measure is not None:
             value = rest_value(case.actions.measures[expect.measure])
             bound = bound_of(expect, case.scene.duration)
+            value = None if value is None else bound.of_constant(value)
             if value is not None and not bound.low < value < bound.high:
                 active.add(expect.measure)
             elif value is not None and bound.first > 0.0:

@@ -246,7 +246,7 @@ class Decision(Form):
     routes: Annotated[list[Route], Field(max_length=8)] = []
     params: dict[Name, Any] = {}
     """New values of parameters."""
-    waive: dict[Annotated[str, StringConstraints(max_length=60)], Line] = {}
+    waive: dict[Annotated[str, StringConstraints(max_length=120)], Line] = {}
     """Lint rules whose findings are intended, and why."""
     restate: Restatement | None = None
     plan: PlanPatch | None = None

@@ -8,9 +8,10 @@ import numpy as np
 
 from text2sim.evidence.events import EventLog
 from text2sim.evidence.measures import Series
+from text2sim.evidence.swings import judge_swings
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models.base import span_of
-from text2sim.spec_schema.models.expectations import Expect
+from text2sim.spec_schema.models.expectations import SWINGS, Expect
 
 ROUNDING = 1e-9
 """Times [s] nearer than this are equal: a frame's time is a sum of steps."""
@@ -84,8 +85,9 @@ class _Judge:
             return self._judge_from_start(name, expect)
         start = self.events.first(expect.on)
         series = self.series.get(expect.measure or "")
-        unit = "s" if expect.event is not None else series.unit if series is not None else ""
-        wanted = wanted_of_event(expect) if expect.event is not None else wanted_of_measure(expect, unit)
+        own = series.unit if series is not None else ""
+        unit = "s" if expect.event is not None else unit_of(expect, own)
+        wanted = wanted_of_event(expect) if expect.event is not None else wanted_of_measure(expect, own)
         if start is None:
             ok, why = False, f"`{expect.on}` never happened"
             if not self.ending.finished:
@@ -104,8 +106,8 @@ class _Judge:
             ok, value, why = self._judge_never(expect) if expect.never else self._judge_event(expect)
             return Finding(name, ok, value, unit, wanted, why, self.events.first(expect.event))
         series = self.series.get(expect.measure or "")
-        unit = series.unit if series else ""
-        wanted = wanted_of_measure(expect, unit)
+        own = series.unit if series else ""
+        unit, wanted = unit_of(expect, own), wanted_of_measure(expect, own)
         if series is None or series.problem:
             why = series.problem if series else f"there is no measure `{expect.measure}`"
             return Finding(name, False, None, unit, wanted, why)
@@ -115,10 +117,10 @@ class _Judge:
         return Finding(name, ok, value, unit, wanted, why, at)
 
     def _decisive_time(self, expect: Expect, series: Series) -> float | None:
-        """Return the time [s] of the decisive value; None for a mean or standard deviation."""
+        """Return the time [s] of the decisive value; None if no single one decides."""
         if expect.at is not None:
             return moment(expect.at, self.time)
-        if expect.stat in ("mean", "std"):
+        if expect.stat in ("mean", "std", *SWINGS):
             return None
         time, values = self._clipped(*span_of(_given_window(expect), self.ending.duration), series.values)
         worst, least = -_margin(expect, values), -values
@@ -205,6 +207,9 @@ class _Judge:
         if expect.stat is not None:
             if not whole:
                 return self._unreached(f"before {last:.4g} s")
+            if expect.swing is not None:
+                value, why = judge_swings(expect.stat, time, values, expect.swing)
+                return _in_bounds(expect, value), _finite(value), why
             value = _statistic(expect.stat, time, values)
             return _in_bounds(expect, value), _finite(value), f"{expect.stat} was {_quantity(value, series.unit)}"
         margins = _margin(expect, values)
@@ -285,6 +290,11 @@ def _count_range(count: tuple[int, int] | int) -> tuple[int, float]:
     return (count, count) if isinstance(count, int) else count
 
 
+def unit_of(expect: Expect, unit: str) -> str:
+    """Return the unit of what an expectation bounds, for a measure in `unit`."""
+    return "s" if expect.stat == "period" else "" if expect.stat in SWINGS else unit
+
+
 def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
@@ -325,14 +335,14 @@ def wanted_of_event(expect: Expect) -> str:
 
 def wanted_of_measure(expect: Expect, unit: str) -> str:
     """Describe what is expected of a measure."""
+    own = unit_of(expect, unit)
     bounds = [
-        f"{word} {_quantity(v, unit)}"
-        for word, v in (("above", expect.above), ("below", expect.below))
-        if v is not None
+        f"{word} {_quantity(v, own)}" for word, v in (("above", expect.above), ("below", expect.below)) if v is not None
     ]
     if expect.equals is not None:
-        bounds.append(f"within {_quantity(expect.tolerance or 0.0, unit)} of {_quantity(expect.equals, unit)}")
+        bounds.append(f"within {_quantity(expect.tolerance or 0.0, own)} of {_quantity(expect.equals, own)}")
     subject = f"`{expect.measure}`" if expect.stat is None else f"{expect.stat} of `{expect.measure}`"
+    subject += f" by swings of at least {_quantity(expect.swing, unit)}" if expect.swing is not None else ""
     if expect.at is not None:
         when = f"at the {expect.at}" if isinstance(expect.at, str) else f"at {expect.at:g} s"
         when += f" after `{expect.on}`" if expect.on is not None else ""

@@ -157,8 +157,8 @@ def bound_of(name: str, expect: Expect, measure: str, evidence: dict[str, Any], 
         evidence: Content of `evidence.json`.
         time: Times of the measure [s].
     """
-    # A bound on the mean or range of a measure does not bound its values.
-    if expect.measure != measure or expect.stat in ("mean", "std", "range") or not len(time):
+    # A bound on another statistic of a measure does not bound its values.
+    if expect.measure != measure or expect.stat not in (None, "max", "min") or not len(time):
         return None
     if expect.on is not None:
         started = evidence.get("events", {}).get(expect.on, {}).get("first")

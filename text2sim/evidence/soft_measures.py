@@ -9,6 +9,7 @@ import numpy as np
 from text2sim.compiler.shapes.regions import RegionError, check_border, end_region
 from text2sim.compiler.soft.regions import SIDE_LAYER
 from text2sim.evidence import bonds, curvature, deformation, folds, free_surface, tearing
+from text2sim.evidence import curvature, deformation, fold_lines, folds, free_surface, tearing
 from text2sim.evidence.gaps import Nearest, nearest_cloud, nearest_solid
 from text2sim.evidence.leaks import leaks
 from text2sim.evidence.recorded_case import RecordedCase, links_of
@@ -146,6 +147,13 @@ def _folded_area(recording: RecordedCase, measure: measures.FoldedArea) -> Array
     return np.sum([folds.folded_area(body, "xyz".index(measure.axis)) for body in bodies], axis=0)
 
 
+def _folds(recording: RecordedCase, measure: measures.Folds) -> Array:
+    """Median of the folds of all lines of all cloths; of an even number, the larger one in the middle."""
+    bodies = deformables(recording, measure.of)
+    counts = np.sort(np.hstack([fold_lines.folds_of_lines(body, "xyz".index(measure.across)) for body in bodies]))
+    return counts[:, counts.shape[1] // 2]
+
+
 def _self_penetration(recording: RecordedCase, measure: measures.SelfPenetration) -> Array:
     """Largest over cloths of the thickness minus the distance of the nearest non-adjacent points."""
     bodies = deformables(recording, measure.of)
@@ -274,6 +282,7 @@ MEASURES: dict[str, Callable[[RecordedCase, Any], Array]] = {
     "strain": _strain,
     "wrinkling": _wrinkling,
     "folded_area": _folded_area,
+    "folds": _folds,
     "gap": _gap,
     "self_penetration": _self_penetration,
     "share_in": _share_in,

@@ -1,7 +1,7 @@
 """Physics lint: faults of a simulation, found in the resolved case, without the engine.
 
 A rule is a row of `rules.RULES`: an id, a severity, documentation, and a function that checks the `Facts` of a case. A
-case can waive a rule by its id, with a reason.
+case can waive a rule by its id, with a reason, at one place or everywhere.
 """
 
 from collections.abc import Iterable, Mapping
@@ -12,7 +12,10 @@ from text2sim.compiler.build import Resolution
 from text2sim.spec_schema.errors import Problem, nearest, sort_problems
 from text2sim.spec_schema.loaded import LoadedCase
 
-__all__ = ["LintReport", "Waived", "lint_case"]
+__all__ = ["LintReport", "Waived", "lint_case", "waiver_of"]
+
+AT = "@"
+"""Mark before the place for which alone a rule is waived."""
 
 
 @dataclass(frozen=True)
@@ -60,22 +63,36 @@ def sift(loaded: LoadedCase, found: Iterable[Problem], known: Iterable[str]) -> 
     reasons: Mapping[str, str] = loaded.data.get("waive") or {}
     known = list(known)
     problems, waived = [], []
+    idle = set(reasons)
     for problem in sort_problems(found):
-        if problem.rule in reasons and problem.rule in known:
-            waived.append(Waived(problem, reasons[problem.rule]))
+        fitting = [key for key in reasons if problem.rule in known and _holds_for(key, problem)]
+        if fitting:
+            waived.append(Waived(problem, reasons[max(fitting, key=len)]))
+            idle -= set(fitting)
         else:
             problems.append(problem)
-    idle = set(reasons) - {entry.problem.rule for entry in waived}
-    for rule in reasons:
+    for key in reasons:
+        rule, _, place = key.partition(AT)
         if rule not in known:
             message = f"there is no rule `{rule}` to waive; `text2sim check --rules` lists them"
             hint = nearest(rule, known)
-            problems.append(loaded.problem(("waive", rule), message, key=True, rule="unknown-rule", hint=hint))
-        elif rule in idle:
-            message = f"`{rule}` reports nothing here; remove the waiver"
-            problem = loaded.problem(("waive", rule), message, key=True, rule="unused-waiver", severity="warning")
+            problems.append(loaded.problem(("waive", key), message, key=True, rule="unknown-rule", hint=hint))
+        elif key in idle:
+            message = f"`{rule}` reports nothing {f'at `{place}`' if place else 'here'}; remove the waiver"
+            problem = loaded.problem(("waive", key), message, key=True, rule="unused-waiver", severity="warning")
             problems.append(problem)
     return LintReport(sort_problems(problems), waived)
+
+
+def waiver_of(problem: Problem) -> str:
+    """Return the key of a waiver for a problem with what it is about: `overlap@bodies.pin`."""
+    path = problem.path.strip("/").split("/")
+    return AT.join([problem.rule, ".".join(path[: 2 if path[0] == "bodies" else 3])])
+
+
+def _holds_for(key: str, problem: Problem) -> bool:
+    rule, _, place = key.partition(AT)
+    return rule == problem.rule and f"{problem.path}/".startswith(f"/{place}/".replace(".", "/") if place else "")
 
 
 def lint_case(resolution: Resolution) -> LintReport:

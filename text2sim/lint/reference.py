@@ -15,11 +15,12 @@ case.yaml:7:3: warning: … [overlap]
 
 `text2sim check --rules` lists the rules; `text2sim check --explain overlap` prints the section of this page about one.
 An `error` prevents a case from running, a `warning` does not. If a case does on purpose what a rule reports, it waives
-the rule with a reason:
+the rule with a reason, for one place (a body, or what else a problem is reported at) or for all:
 
 ```yaml
 waive:
-  overlap: the ball starts inside the net, which opens at once
+  overlap@bodies.ball: the ball starts inside the net, which opens at once
+  thin-wall: nothing comes near the walls
 ```
 
 `check` counts the waived problems, and `check --json` lists them. A waiver without effect is reported as

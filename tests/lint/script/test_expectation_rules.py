@@ -52,6 +52,7 @@ def expecting(measure: str, expect: str) -> str:
         ("kind: joint_position, of: gate", "at: end, equals: 20, tolerance: 1"),
         ("kind: joint_force, of: gate", "during: [0.5, 1], stat: max, above: 25"),
         ("kind: distance, between: [ball, wall]", "at: end, below: 0"),
+        ("kind: joint_position, of: gate", "during: all, stat: period, swing: 0.1, below: 0"),
         ("kind: contact_count, of: ball, by: wall", "during: all, stat: max, above: 1"),
         ("kind: position, of: gate, axis: x", "at: end, above: 0.5"),  # it hangs at x = -1.2
         # By the value at the start.
@@ -88,6 +89,7 @@ def test_what_cannot_hold(assets: Path, measure: str, expect: str) -> None:
         ("kind: penetration, of: ball", "during: all, above: -0.001"),
         ("kind: position, of: gate, axis: x", "at: end, below: 3"),
         ("kind: joint_force, of: gate", "during: all, below: 25"),
+        ("kind: joint_position, of: gate", "during: all, stat: reversals, swing: 0.1, above: -1"),
         # By the value at the start.
         ("kind: speed, of: ball", "at: start, above: 1.9"),
         ("kind: position, of: ball, axis: z", "during: all, stat: max, above: 0.9"),
@@ -119,6 +121,8 @@ def test_what_cannot_fail(assets: Path, measure: str, expect: str) -> None:
         ("kind: contact_force, of: ball", "during: all, stat: max, above: 5"),
         ("kind: energy, of: ball", "at: end, below: 1"),
         ("kind: tilt, of: dice, stat: max", "at: end, above: 45"),
+        ("kind: joint_position, of: gate", "during: all, stat: reversals, swing: 0.1, above: 5"),
+        ("kind: joint_position, of: gate", "during: all, stat: decrement, swing: 0.1, below: 0.1"),
     ],
 )
 def test_what_may_go_either_way(assets: Path, measure: str, expect: str) -> None:

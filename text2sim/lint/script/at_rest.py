@@ -115,9 +115,8 @@ def _measure(facts: Facts, expect: Expect) -> bool:
     if value is None:
         return False
     bound = bound_of(expect, facts.case.scene.duration)
-    if bound.stat in ("range", "std"):
-        value = 0.0
-    return bound.low < value < bound.high
+    value = bound.of_constant(value)
+    return value is not None and bound.low < value < bound.high
 
 
 def _may_touch(facts: Facts, between: tuple[str, str]) -> bool:

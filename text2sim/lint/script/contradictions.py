@@ -13,7 +13,7 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.script.outcomes import Bound, bound_of, count_bounds, field_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
-from text2sim.spec_schema.models.expectations import Expect
+from text2sim.spec_schema.models.expectations import SPREADS, Expect
 from text2sim.spec_schema.names.reference_cycles import find_cycles
 
 NamedBound = tuple[str, Expect, Bound]
@@ -26,8 +26,8 @@ def _contradictions(facts: Facts) -> Iterator[Problem]:
     bounds: dict[str, list[NamedBound]] = {}
     events: dict[str, list[tuple[str, Expect]]] = {}
     for name, expect in facts.case.actions.expect.items():
-        if expect.on is not None:
-            continue  # its time is not known
+        if expect.on is not None or expect.swing is not None:
+            continue  # its time is not known, or other swings count
         if expect.measure is not None:
             bounds.setdefault(expect.measure, []).append((name, expect, bound_of(expect, duration)))
         elif expect.event is not None:
@@ -56,7 +56,7 @@ def _clash(a: Bound, b: Bound) -> bool:
         return a.stat == b.stat and (a.first, a.last) == (b.first, b.last) and disjoint
     if b.stat == "all":
         return touching and disjoint
-    if b.stat in ("range", "std"):  # a standard deviation is at most half of the range
+    if b.stat in SPREADS:  # a standard deviation is at most half of the range
         return covered and a.high - a.low <= (b.low if b.stat == "range" else 2 * b.low)
     if covered and (a.high <= b.low or a.low >= b.high):
         return True

@@ -17,7 +17,7 @@ from text2sim.lint.script.measure_bounds import Values, values_of
 from text2sim.lint.words import as_radians
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
-from text2sim.spec_schema.models.expectations import Expect
+from text2sim.spec_schema.models.expectations import SPREADS, SWINGS, Expect
 from text2sim.spec_schema.text.document import Path
 
 ROUNDING = 1e-9
@@ -34,7 +34,11 @@ class Bound:
     last: float
     """Start and end [s]."""
     stat: str
-    """`all` values, or their max, min, mean, std or range."""
+    """`all` values, or a `stat` of an expectation."""
+
+    def of_constant(self, value: float) -> float | None:
+        """Return what is bounded, of a measure that stays at `value`; None if it has none such."""
+        return value if self.stat not in (*SPREADS, *SWINGS) else None if self.stat in SWINGS[1:] else 0.0
 
 
 def bound_of(expect: Expect, duration: float) -> Bound:
@@ -74,13 +78,15 @@ def _measures(facts: Facts) -> Iterator[tuple[str, Expect, Bound, Values]]:
             continue
         values = values_of(facts, expect.measure)
         if not values.frozen:  # `dead-measure` reports the measure
+            if expect.stat in SWINGS:
+                values = Values(low=-inf if expect.stat == "decrement" else 0.0, why="it is never negative")
             yield name, expect, bound_of(expect, facts.case.scene.duration), values
 
 
 def _verdict(bound: Bound, values: Values) -> tuple[str, str]:
     """Return `holds`, `fails`, or nothing if it is not certain, and why."""
     low, high = values.low, values.high
-    if bound.stat in ("range", "std"):
+    if bound.stat in SPREADS:
         low, high = 0.0, high - low if inf not in (high, -low) else inf
     unit = f" {values.unit}".rstrip()
     if high <= bound.low or low >= bound.high:

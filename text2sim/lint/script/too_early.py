@@ -40,7 +40,7 @@ def _too_soon(facts: Facts) -> Iterator[Problem]:
         elif expect.measure is not None:
             bound, values = bound_of(expect, facts.case.scene.duration), values_of(facts, expect.measure)
             measure = actions.measures[expect.measure]
-            if not isinstance(measure, Position | Displacement) or bound.stat in ("mean", "std", "range"):
+            if not isinstance(measure, Position | Displacement) or bound.stat not in ("all", "max", "min"):
                 continue
             if getattr(measure, "frame", None) is not None:
                 continue

@@ -38,7 +38,8 @@ class Case(Model):
     sweeps: dict[Name, Any] = Field(default_factory=dict)
     """Lists and grids of changes, by name: `text2sim run CASE --sweep NAME` runs them all."""
     waive: dict[str, Annotated[str, Field(min_length=10, max_length=500)]] = Field(default_factory=dict)
-    """Rules of the lint that do not apply, by id, with the reason (10 characters or more)."""
+    """Rules of the lint that do not apply, by id, with the reason (10 characters or more): `overlap` everywhere, or
+    `overlap@bodies.pin` for what is found there alone."""
 
     @property
     def record_rate(self) -> float:

@@ -6,6 +6,11 @@ from pydantic import model_validator
 
 from text2sim.spec_schema.models.base import Bool, Integer, Model, Multiple, Name, Positive, Real, Seconds, Window
 
+SPREADS = ("std", "range")
+"""Statistics of how far values are apart: 0 of what does not change."""
+SWINGS = ("reversals", "period", "decrement")
+"""Statistics of motion back and forth, with `swing`."""
+
 
 class Expect(Model):
     """A requirement on an event or a measure.
@@ -33,8 +38,13 @@ class Expect(Model):
     """Time [s] of the value."""
     during: Window | Literal["all"] | None = None
     """Span [s]: every value in it must satisfy the bounds, or the `stat` of them."""
-    stat: Literal["max", "min", "mean", "std", "range"] | None = None
-    """With `during`: statistic of the span; `std` is the standard deviation from its mean."""
+    stat: Literal["max", "min", "mean", "std", "range", "reversals", "period", "decrement"] | None = None
+    """With `during`: statistic of the span. `std` is the standard deviation from its mean. Of motion back and forth:
+    `reversals`, how often it turns back, twice in a full swing; `period` [s], the mean time of a full swing;
+    `decrement`, the logarithmic decrement, ln of a swing over the one a period later: 0 if they stay as large, 0.69 if
+    each is half as large. These need a measure with a sign: `tilt` and `speed` turn back twice as often."""
+    swing: Positive | None = None
+    """With `reversals`, `period` and `decrement`, required: smallest change that counts, in the unit of the measure."""
     above: Real | None = None
     """Lower bound, exclusive."""
     below: Real | None = None
@@ -52,7 +62,7 @@ class Expect(Model):
         if (self.event is None) == (self.measure is None):
             raise ValueError("give either event or measure")
         of_event = {"within", "never", "count", "before"} & self.model_fields_set
-        of_measure = {"at", "during", "stat", "above", "below", "equals", "tolerance"} & self.model_fields_set
+        of_measure = {"at", "during", "stat", "swing", "above", "below", "equals", "tolerance"} & self.model_fields_set
         if self.event is not None:
             if of_measure:
                 raise ValueError(f"{_listed(of_measure)} with a measure, not with an event")
@@ -69,6 +79,8 @@ class Expect(Model):
             raise ValueError("with on, give times in seconds after that event; during may end at end")
         if self.stat is not None and self.during is None:
             raise ValueError("stat goes with during")
+        if (self.stat in SWINGS) != (self.swing is not None):
+            raise ValueError(f"swing, the smallest change that counts, goes with {', '.join(SWINGS)}, which need it")
         if self.above is None and self.below is None and self.equals is None:
             raise ValueError("a measure needs above, below or equals")
         if (self.equals is None) != (self.tolerance is None):

@@ -5,10 +5,12 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import model_validator
 
 from text2sim.spec_schema.models.base import AxisName, ByKind, Real, Selector, Selectors, Vec3
+from text2sim.spec_schema.models.contact_measures import ContactCount, ContactForce, Penetration
 from text2sim.spec_schema.models.derived_measures import Difference, Ratio
 from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.soft_measures import (
     FoldedArea,
+    Folds,
     Gap,
     LargestPiece,
     Leaked,
@@ -229,7 +231,7 @@ class Extent(Measured):
 
 
 class Distance(Measured):
-    """Distance [m] between the origins of two bodies.
+    """Distance [m] between the origins of two bodies; the `gap` is to the surface of what deforms.
 
     For several, of the nearest pair.
     """
@@ -239,47 +241,6 @@ class Distance(Measured):
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=True, from_poses=True, instead="")
     between: tuple[Selector, Selector]
     """Two bodies, links, or sets of copies."""
-
-
-class ContactForce(Measured):
-    """Magnitude [N] of the sum of contact forces on a body.
-
-    If `by` is given, of those from another.
-    """
-
-    kind: Literal["contact_force"]
-    unit: ClassVar[str] = "N"
-    traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
-    of: Selectors
-    """The body that the forces act on."""
-    by: Selectors | None = None
-    """The other body; any by default."""
-
-
-class ContactCount(Measured):
-    """Number of pairs of bodies in contact: those of `of` with any body, or with `by`."""
-
-    kind: Literal["contact_count"]
-    traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
-    of: Selectors
-    """A body or its copies, or parts, which all count as their body."""
-    by: Selectors | None = None
-    """The other body; any by default."""
-
-
-class Penetration(Measured):
-    """Deepest overlap [m] of bodies in contact.
-
-    It is that of `of` with any body, or with `by`.
-    """
-
-    kind: Literal["penetration"]
-    unit: ClassVar[str] = "m"
-    traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
-    of: Selectors
-    """A body or its copies."""
-    by: Selectors | None = None
-    """The other body; any by default."""
 
 
 class Energy(Measured):
@@ -386,6 +347,7 @@ Measure = Annotated[
     | Strain
     | Wrinkling
     | FoldedArea
+    | Folds
     | Gap
     | SelfPenetration
     | ShareIn

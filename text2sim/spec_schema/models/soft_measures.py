@@ -124,8 +124,25 @@ class FoldedArea(Measured):
     """Viewing direction."""
 
 
+class Folds(Measured):
+    """Number of folds side by side in a cloth, or lobes of a buckled strip: n waves are n, to one at the ends.
+
+    The cloth is cut into lines, and their median counts. Along a line, a fold is a bend by at least 30 deg one way, and
+    then the other way: a flat sheet, an arch, a roll and a sheet that is folded once have none. A wave needs six cells
+    to be seen.
+    """
+
+    kind: Literal["folds"]
+    traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
+    of: Selectors
+    """A cloth or its copies; of several, all their lines together."""
+    across: AxisName
+    """Axis of the cloth's own frame that the lines are at right angles to, at the start: `y` counts along the x of a
+    sheet, as of a curtain that hangs down y; `x` along the height of a sleeve, `z` around it."""
+
+
 class Gap(Measured):
-    """Smallest distance [m] between a deformable body and another; negative values are the depth in a rigid body.
+    """Smallest distance [m] between a deformable body and any other; negative values are the depth in a rigid body.
 
     It is measured from the points of the body: pbd particles rest half their distance above a surface, mpm particles up
     to a cell.

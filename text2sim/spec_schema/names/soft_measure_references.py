@@ -17,6 +17,7 @@ MEASURED_OF: dict[str, tuple[str, ...]] = {
     "surface_level": FLOWING,
     "stretch": ("soft", "cloth"),
     "folded_area": ("cloth",),
+    "folds": ("cloth",),
     "wrinkling": ("cloth",),
     "self_penetration": ("cloth",),
     "share_in": ("soft", "cloth", *FLOWING),
