@@ -8,8 +8,7 @@ import numpy as np
 
 from text2sim.compiler.shapes.regions import RegionError, check_border, end_region
 from text2sim.compiler.soft.regions import SIDE_LAYER
-from text2sim.evidence import bonds, curvature, deformation, folds, free_surface, tearing
-from text2sim.evidence import curvature, deformation, fold_lines, folds, free_surface, tearing
+from text2sim.evidence import bonds, curvature, deformation, fold_lines, folds, free_surface, tearing
 from text2sim.evidence.gaps import Nearest, nearest_cloud, nearest_solid
 from text2sim.evidence.leaks import leaks
 from text2sim.evidence.recorded_case import RecordedCase, links_of
