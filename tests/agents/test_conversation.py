@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from tests.agents.scripted import Scripted, chat, fenced
-from text2sim.agents import language
+from text2sim.agents import kind_words, language
 from text2sim.agents.conversation import BudgetSpent, RoleFailed, Wrong, typed_parser
 from text2sim.agents.journal import Journal
 from text2sim.agents.judgement import Critique
@@ -131,9 +131,9 @@ def test_pages_are_served_twice(tmp_path: Path) -> None:
 
 
 def test_a_long_list_of_pages_is_served_as_far_as_it_goes() -> None:
-    text, served = language.explanations(sorted(language.known_kinds()))
+    text, served = language.explanations(sorted(kind_words.known_kinds()))
     assert len(text) < 1.3 * language.MAX_PAGES_SIZE
-    assert 5 < len(served) < len(language.known_kinds())
+    assert 5 < len(served) < len(kind_words.known_kinds())
     assert "No room for" in text
 
 

@@ -15,6 +15,7 @@ from text2sim.agents.condensed_pages import (
     plain,
     section_brief,
 )
+from text2sim.agents.kind_words import kinds_in
 from text2sim.agents.page_selection import (
     ALWAYS_DESCRIBED,
     DEFORMABLE_KINDS,
@@ -316,35 +317,6 @@ def _gist_rows(gists: dict[str, str]) -> list[str]:
     rows = [f"- `{name}`: {gist}" for name, gist in explained.items()]
     rest = [f"`{name}`" for name in gists if name not in explained]
     return [*([f"- {', '.join(rest)}"] if rest else []), *rows]
-
-
-def known_kinds() -> frozenset[str]:
-    """Return every kind of body, shape, mount, pattern and the like, and the names of prefabs."""
-    from text2sim.spec_schema.reuse.catalogue import examples
-
-    found = set(examples())
-    for section in SECTIONS:
-        if not isinstance(section.models, tuple):
-            found |= set(section_kinds(section.models))
-    return frozenset(found)
-
-
-def kinds_in(words: Iterable[str]) -> set[str]:
-    """Return the kinds that words name; inflected verbs count: `released` means `release`."""
-    forms = _forms()
-    return {kind for word in words for kind in forms.get(word, ())}
-
-
-@cache
-def _forms() -> dict[str, set[str]]:
-    forms: dict[str, set[str]] = {}
-    for kind in known_kinds():
-        found = {kind, *(kind + end for end in ("s", "ed", "ing"))}
-        if kind.endswith("e"):
-            found |= {kind + "d", kind + "n", kind[:-1] + "ing"}
-        for form in found:
-            forms.setdefault(form, set()).add(kind)
-    return forms
 
 
 def body_kinds() -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from text2sim.agents import language
+from text2sim.agents import kind_words, language
 from text2sim.agents.assembly import FROZEN_PARTS, PLANNER_PARTS, names_for_owner, section_faults
 from text2sim.agents.conversation import Conversation, Wrong, typed_parser
 from text2sim.agents.page_requests import PageRequests
@@ -221,7 +221,7 @@ def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
     if section not in ("scene", "bodies"):
         mentioned = set(re.findall(r"[a-z][a-z_]+", words.lower()))
         given = needed_kinds(plan.model_copy(update={"checks": type(plan.checks)()}))
-        found = given | language.kinds_in(mentioned - set(plan.bodies)) - {"ball"}  # names of bodies are not kinds
+        found = given | kind_words.kinds_in(mentioned - set(plan.bodies)) - {"ball"}  # names of bodies are not kinds
         if not given & (DEFORMABLE_KINDS | {"pbd"}):
             found -= FIELD_CONTROLS
         if section == "actions":  # the Planner writes the measures; the Writer adds those that its brief quotes
@@ -241,7 +241,7 @@ def needed_kinds(plan: CasePlan) -> set[str]:
     found = set(plan.mode)
     for body in plan.bodies.values():
         words = set(re.findall(r"[a-z][a-z_]+", f"{body.kind} {body.shape} {body.mount} {body.what}".lower()))
-        found |= {body.kind, body.shape, body.mount} | (words & language.known_kinds() - AS_WORDS)
+        found |= {body.kind, body.shape, body.mount} | (words & kind_words.known_kinds() - AS_WORDS)
         if body.count > 1:
             found |= {"line", "grid", "stack", "ring"} if not words & COPIES else set()
     for part in ("measures", "events"):

@@ -159,7 +159,7 @@ class Wrench:
 
 @dataclass(frozen=True)
 class Weld:
-    """A weld between two links that is made or undone at a time [s]."""
+    """A weld between two links that is made or undone at a time."""
 
     at: float
     on: bool
@@ -175,7 +175,7 @@ class Weld:
 
 @dataclass(frozen=True)
 class FaceBond:
-    """Two bodies that are bonded at the face that they share, until the stress there is too high."""
+    """Two bodies that are bonded at the face that they share, until the stress there is too high [Pa]."""
 
     a: str
     b: str
@@ -186,9 +186,7 @@ class FaceBond:
     area: float
     """[m2]"""
     strength: float
-    """Of tension [Pa]."""
     shear_strength: float
-    """[Pa]"""
     line: int
     control: str
 
