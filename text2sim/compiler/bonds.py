@@ -23,7 +23,7 @@ Array = np.ndarray
 MAX_ANGLE_COSINE = 0.9998
 """Faces whose normals are opposite within 1 deg can be bonded."""
 MIN_SHARED = 1e-3
-"""Least shared part of the smaller face: less is an edge that they have in common."""
+"""Least shared area, over the square of the size of the smaller body: less is an edge that they have in common."""
 CYLINDER_SIDES = 32
 """Corners of the polygon that stands for the end of a cylinder."""
 WIDE = 1e3
@@ -59,7 +59,8 @@ def face_bonds(control: Bond, copies: Sequence[Copy], folder: Path, line: int, n
         shared = [
             part for one, other in product(faces[i], faces[j]) if (part := _shared(one, other, control.gap)) is not None
         ]
-        if not shared:
+        sizes = [np.ptp(np.concatenate([face.corners for face in faces[k]]), axis=0).max() for k in (i, j)]
+        if sum(part[0] for part in shared) <= MIN_SHARED * min(sizes) ** 2:
             continue
         areas, centers, normals = (np.array(column) for column in zip(*shared, strict=True))
         area, normal = areas.sum(), areas @ normals
@@ -169,7 +170,7 @@ def _shared(one: Face, other: Face, gap: float) -> tuple[float, Array, Array] | 
     if not all(polygon.is_valid for polygon in flat):
         return None
     both = flat[0].intersection(flat[1])
-    if both.area <= MIN_SHARED * min(polygon.area for polygon in flat):
+    if not both.area:
         return None
     x, y = both.centroid.coords[0]
     return both.area, origin + x * u + y * v + away.mean() / 2 * one.normal, one.normal
