@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.floating]
 
-SMOOTHING_LENGTH, CUBE_SIZE = 2.0, 0.7
+SMOOTHING_LENGTH, CUBE_SIZE = 2.5, 0.8
 """Reach of a particle and edge of the cells of a liquid's surface, in particle radii."""
-SMOOTHING_ITERATIONS = 20
+SMOOTHING_ITERATIONS = 25
 """Smoothing iterations of a liquid's surface."""
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from text2sim.assets.surface import signed_volumes
+from text2sim.assets.surface import scaled_normals, signed_volumes
 from text2sim.recording.film_record import SoftPart, SurfaceLook
 from text2sim.rendering.decorating import Layer, decorated
 from text2sim.rendering.finishes import drawn_finish, finish_of, material, needs_uvs
@@ -27,7 +27,9 @@ Around = tuple[int, int, float]
 
 TORN = "rubber"
 """Finish of torn faces."""
-DEPTHS = 2.5
+CREASE = 0.8
+"""Cosine of the angle between parts of a liquid's surface on walls from which there is an edge between them."""
+DEPTHS = 2.0
 """Length of the way [edges of a cube of its volume] on which light takes on the colour of a clear liquid."""
 
 
@@ -289,17 +291,30 @@ class LiquidSurface:
 
 
 def _creased(vertices: Array, faces: NDArray[Any], on: NDArray[np.bool_]) -> tuple[Array, NDArray[Any]]:
-    """Return a surface whose parts on different walls share no vertices: it is flat there, and has edges between.
+    """Return a surface whose parts on different walls share no vertices: there are edges between them.
 
     Args:
         vertices: Vertices [m], shape (v, 3).
         faces: Triangles, shape (f, 3).
-        on: Whether each vertex lies on one of three walls, shape (v, 3).
+        on: Whether each vertex lies on a wall, shape (v,).
     """
-    flat = on[faces].all(axis=1)
-    group = np.where(flat.sum(axis=1) > 0, 1 + flat.argmax(axis=1), 0)
-    pairs, faces = np.unique(4 * faces + group[:, None], return_inverse=True)
-    return vertices[pairs // 4], faces.reshape(-1, 3)
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    flat = np.flatnonzero(on[faces].all(axis=1))
+    normals = scaled_normals(vertices[faces[flat]])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    ends = np.sort(faces[flat][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    order = np.lexsort(ends.T)
+    same = (ends[order][1:] == ends[order][:-1]).all(axis=1)
+    a, b = order[1:][same] // 3, order[:-1][same] // 3
+    joined = (normals[a] * normals[b]).sum(axis=1) > CREASE
+    a, b = a[joined], b[joined]
+    group = np.zeros(len(faces), np.int64)
+    group[flat] = 1 + connected_components(coo_array((np.ones(len(a)), (a, b)), shape=(len(flat),) * 2))[1]
+    many = int(group.max()) + 1
+    pairs, faces = np.unique(many * faces + group[:, None], return_inverse=True)
+    return vertices[pairs // many], faces.reshape(-1, 3)
 
 
 class SoftBodies:

@@ -39,7 +39,10 @@ CLOSE = 0.6
 BEFORE = 0.03
 """Distance [particle distances] from a clear wall at which a liquid is cut off, for surfaces that coincide flicker."""
 NEAREST, NEAR = 6, 2.0
-"""Number of added particles that tell which walls a vertex is near, and their distance [particle distances] at most."""
+"""Number of places of walls beyond which a vertex may be, and their distance [particle distances] at most, besides
+that of added particles."""
+BESIDE = 1.5
+"""Distance [particle distances] from the nearest place that a liquid touches, from which there is no wall."""
 MAX_SAMPLES = 200_000
 """Points of walls; large faces are divided no further than that."""
 
@@ -49,11 +52,10 @@ class Wetting(NamedTuple):
 
     points: Array
     """Positions [m], shape (n, 3); the liquid's own come first."""
-    walls: Array
-    """Normal and offset [m] of up to three clear walls near an added particle, shape (n, 3, 4); NaN for none. The
-    liquid is where `normal . x >= offset`."""
     places: Array
-    """Points of clear walls at which the liquid ends [m], shape (m, 3)."""
+    """Points of clear walls that it touches [m], shape (m, 3)."""
+    normals: Array
+    """Unit normals of the walls there, shape (m, 3)."""
 
 
 def wetted(points: Array, spacing: float, walls: Sequence[Wall]) -> Wetting:
@@ -64,7 +66,7 @@ def wetted(points: Array, spacing: float, walls: Sequence[Wall]) -> Wetting:
         spacing: Distance between neighbours [m].
         walls: Rigid surfaces.
     """
-    wetting = Wetting(points, np.full((len(points), 3, 4), np.nan), np.zeros((0, 3)))
+    wetting = Wetting(points, np.zeros((0, 3)), np.zeros((0, 3)))
     if not len(points):
         return wetting
     reach = TOUCHING * spacing
@@ -81,12 +83,12 @@ def wetted(points: Array, spacing: float, walls: Sequence[Wall]) -> Wetting:
     side = 2 * axis + (np.take_along_axis(normals, axis[:, None], axis=1)[:, 0] < 0)
     for one in np.unique(side):
         own = side == one
-        wetting = _filled(wetting, spacing, places[own], normals[own], clear[own], one // 2)
-    return wetting._replace(places=places[clear])
+        wetting = _filled(wetting, spacing, places[own], normals[own], clear[own])
+    return wetting
 
 
 def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the vertices of a surface around particles; those beyond a wall are moved onto it.
+    """Return the vertices of a surface around particles; those beyond a clear wall are moved onto it.
 
     Args:
         vertices: Vertices [m], shape (v, 3).
@@ -94,31 +96,32 @@ def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, N
         spacing: Distance between neighbours [m].
 
     Returns:
-        The vertices [m], and whether each lies on the wall in each of three slots, (v, 3).
+        The vertices [m], and whether each lies on a wall, (v,).
     """
-    if not len(wetting.places):
-        return vertices, np.zeros((len(vertices), 3), bool)
-    added = np.isfinite(wetting.walls[:, :, 0]).sum(axis=1) > 0
-    tree, kept = KDTree(wetting.points[added]), np.append(wetting.walls[added], np.full((1, 3, 4), np.nan), axis=0)
-    walls = kept[tree.query(vertices, k=NEAREST, distance_upper_bound=NEAR * spacing)[1]]
-    moved, on = vertices.copy(), np.zeros((len(vertices), 3), bool)
-    rows = np.arange(len(vertices))
-    for slot in range(3):
-        wall = walls[rows, np.isfinite(walls[:, :, slot, 0]).argmax(axis=1), slot]  # the nearest that has one
-        with np.errstate(invalid="ignore"):
-            short = wall[:, 3] - (moved * wall[:, :3]).sum(axis=1)
-        k = np.flatnonzero((short >= 0) & (short <= (PAST_CLEAR + NEAR) * spacing))
-        moved[k] += wall[k, :3] * short[k, None]
-        on[k, slot] = True
+    moved, on = vertices.copy(), np.zeros(len(vertices), bool)
+    if len(wetting.places) < NEAREST:
+        return moved, on
+    tree, reach = KDTree(wetting.places), (PAST_CLEAR + NEAR) * spacing
+    for _ in range(3):  # walls of a corner
+        away, k = tree.query(moved, k=NEAREST, distance_upper_bound=reach)
+        rows = np.flatnonzero(np.isfinite(away).all(axis=1))
+        place, normal = wetting.places[k[rows]], wetting.normals[k[rows]]
+        short = ((place - moved[rows, None]) * normal).sum(axis=2)
+        # Of walls that meet in an edge which points into the liquid, only the nearest counts.
+        behind = ((place - place[:, :1]) * normal[:, :1]).sum(axis=2) < -BEFORE * spacing
+        short[behind] = -np.inf
+        worst = short.argmax(axis=1)[:, None]
+        short, normal = np.take_along_axis(short, worst, 1), np.take_along_axis(normal, worst[..., None], 1)[:, 0]
+        past = short[:, 0] >= -BEFORE * spacing / 2
+        moved[rows[past]] += (short * normal)[past]
+        on[rows[past]] = True
     # Beside an edge, a wall is only an imaginary plane.
-    beside = KDTree(wetting.places).query(moved)[0] > spacing
+    beside = on & (tree.query(moved)[0] > BESIDE * spacing)
     moved[beside], on[beside] = vertices[beside], False
     return moved, on
 
 
-def _filled(
-    made: Wetting, spacing: float, places: Array, normals: Array, clear: NDArray[np.bool_], slot: int
-) -> Wetting:
+def _filled(made: Wetting, spacing: float, places: Array, normals: Array, clear: NDArray[np.bool_]) -> Wetting:
     """Return particles with more on the way from them to the walls of one direction, and into these."""
     points, reach = made.points, TOUCHING * spacing
     away, nearest = KDTree(places).query(points, distance_upper_bound=reach + spacing)
@@ -127,25 +130,21 @@ def _filled(
     normal, place, glassy = normals[touching], places[touching], clear[touching]
     gap = ((points[k] - place) * normal).sum(axis=1)
     near = (gap > 0) & (gap <= reach)
-    k, normal, place, gap, glassy = k[near], normal[near], place[near], gap[near], glassy[near]
+    k, normal, gap, glassy = k[near], normal[near], gap[near], glassy[near]
+    wet = np.unique(touching[near][glassy])
+    made = Wetting(points, np.concatenate([made.places, places[wet]]), np.concatenate([made.normals, normals[wet]]))
     past = np.where(glassy, PAST_CLEAR, PAST_OPAQUE) * spacing
-    found, sources = [points[:0]], [k[:0]]
+    found = [points[:0]]
     for step in range(1, math.ceil(TOUCHING + PAST_CLEAR) + 1):
         left = step * spacing <= gap + past
         found.append(points[k[left]] - normal[left] * step * spacing)
-        sources.append(np.flatnonzero(left))
-    new, source = np.concatenate(found), np.concatenate(sources)
+    new = np.concatenate(found)
     if not len(new):
         return made
     free = KDTree(points).query(new)[0] > CLOSE * spacing
-    new, source = new[free], source[free]
+    new = new[free]
     _, first = np.unique(np.round(new / (CLOSE * spacing)).astype(np.int64), axis=0, return_index=True)
-    new, source = new[np.sort(first)], source[np.sort(first)]
-    walls = made.walls[k[source]]
-    cut = glassy[source]
-    walls[cut, slot, :3] = normal[source][cut]
-    walls[cut, slot, 3] = (normal[source] * place[source]).sum(axis=1)[cut]
-    return Wetting(np.concatenate([points, new]), np.concatenate([made.walls, walls]), made.places)
+    return made._replace(points=np.concatenate([points, new[np.sort(first)]]))
 
 
 def _split(corners: Array, spacing: float, low: Array, high: Array) -> Array:
