@@ -38,9 +38,10 @@ CLOSE = 0.6
 """Distance [particle distances] of two particles that count as one."""
 BEFORE = 0.03
 """Distance [particle distances] from a clear wall at which a liquid is cut off, for surfaces that coincide flicker."""
-NEAREST, NEAR = 6, 2.0
-"""Number of places of walls beyond which a vertex may be, and their distance [particle distances] at most, besides
-that of added particles."""
+NEAR = 2.0
+"""Distance [particle distances] of the surface beyond added particles, at most."""
+OPPOSITE = 0.5
+"""Cosine of the angle between two walls from which they face each other."""
 BESIDE = 1.5
 """Distance [particle distances] from the nearest place that a liquid touches, from which there is no wall."""
 MAX_SAMPLES = 200_000
@@ -52,6 +53,8 @@ class Wetting(NamedTuple):
 
     points: Array
     """Positions [m], shape (n, 3); the liquid's own come first."""
+    beyond: Array
+    """Normal of the wall in which a particle was added, shape (n, 3); 0 for others."""
     places: Array
     """Points of clear walls that it touches [m], shape (m, 3)."""
     normals: Array
@@ -66,7 +69,7 @@ def wetted(points: Array, spacing: float, walls: Sequence[Wall]) -> Wetting:
         spacing: Distance between neighbours [m].
         walls: Rigid surfaces.
     """
-    wetting = Wetting(points, np.zeros((0, 3)), np.zeros((0, 3)))
+    wetting = Wetting(points, np.zeros_like(points), np.zeros((0, 3)), np.zeros((0, 3)))
     if not len(points):
         return wetting
     reach = TOUCHING * spacing
@@ -79,8 +82,7 @@ def wetted(points: Array, spacing: float, walls: Sequence[Wall]) -> Wetting:
     corners, clear, normals = corners[size > 0], clear[size > 0], cross[size > 0] / size[size > 0, None]
     places = corners.mean(axis=1) + BEFORE * spacing * normals
     # One direction after another, so that what is new beside one wall reaches the next: edges and corners fill, too.
-    axis = np.abs(normals).argmax(axis=1)
-    side = 2 * axis + (np.take_along_axis(normals, axis[:, None], axis=1)[:, 0] < 0)
+    side = _sides(normals)
     for one in np.unique(side):
         own = side == one
         wetting = _filled(wetting, spacing, places[own], normals[own], clear[own])
@@ -99,24 +101,30 @@ def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, N
         The vertices [m], and whether each lies on a wall, (v,).
     """
     moved, on = vertices.copy(), np.zeros(len(vertices), bool)
-    if len(wetting.places) < NEAREST:
+    if not len(wetting.places):
         return moved, on
-    tree, reach = KDTree(wetting.places), (PAST_CLEAR + NEAR) * spacing
+    sides, reach = _sides(wetting.normals), (PAST_CLEAR + NEAR) * spacing
+    walls = [(KDTree(wetting.places[sides == one]), np.flatnonzero(sides == one)) for one in np.unique(sides)]
     for _ in range(3):  # walls of a corner
-        away, k = tree.query(moved, k=NEAREST, distance_upper_bound=reach)
-        rows = np.flatnonzero(np.isfinite(away).all(axis=1))
-        place, normal = wetting.places[k[rows]], wetting.normals[k[rows]]
-        short = ((place - moved[rows, None]) * normal).sum(axis=2)
+        found = [tree.query(moved, distance_upper_bound=reach) for tree, _ in walls]
+        away = np.stack([distance for distance, _ in found], axis=1)
+        own = [np.append(index, 0)[k] for (_, k), (_, index) in zip(found, walls, strict=True)]
+        rows = np.flatnonzero(np.isfinite(away).any(axis=1))
+        k, away = np.stack(own, axis=1)[rows], away[rows]
+        place, normal = wetting.places[k], wetting.normals[k]
+        first = away.argmin(axis=1)[:, None, None]
+        from_first = place - np.take_along_axis(place, first, 1)
         # Of walls that meet in an edge which points into the liquid, only the nearest counts.
-        behind = ((place - place[:, :1]) * normal[:, :1]).sum(axis=2) < -BEFORE * spacing
-        short[behind] = -np.inf
+        behind = (from_first * np.take_along_axis(normal, first, 1)).sum(axis=2) < -BEFORE * spacing
+        short = ((place - moved[rows, None]) * normal).sum(axis=2)
+        short[behind | np.isinf(away)] = -np.inf
         worst = short.argmax(axis=1)[:, None]
         short, normal = np.take_along_axis(short, worst, 1), np.take_along_axis(normal, worst[..., None], 1)[:, 0]
         past = short[:, 0] >= -BEFORE * spacing / 2
         moved[rows[past]] += (short * normal)[past]
         on[rows[past]] = True
     # Beside an edge, a wall is only an imaginary plane.
-    beside = on & (tree.query(moved)[0] > BESIDE * spacing)
+    beside = on & (KDTree(wetting.places).query(moved)[0] > BESIDE * spacing)
     moved[beside], on[beside] = vertices[beside], False
     return moved, on
 
@@ -129,22 +137,32 @@ def _filled(made: Wetting, spacing: float, places: Array, normals: Array, clear:
     touching = np.asarray(nearest)[k]
     normal, place, glassy = normals[touching], places[touching], clear[touching]
     gap = ((points[k] - place) * normal).sum(axis=1)
-    near = (gap > 0) & (gap <= reach)
+    # A particle in a wall does not touch the end of another pane there, nor the other side of a thin wall.
+    near = (gap > 0) & (gap <= reach) & ((made.beyond[k] * normal).sum(axis=1) > -OPPOSITE)
     k, normal, gap, glassy = k[near], normal[near], gap[near], glassy[near]
-    wet = np.unique(touching[near][glassy])
-    made = Wetting(points, np.concatenate([made.places, places[wet]]), np.concatenate([made.normals, normals[wet]]))
+    wet = np.unique(touching[near][glassy & ~made.beyond[k].any(axis=1)])
+    found, beyond = [points], [made.beyond]
     past = np.where(glassy, PAST_CLEAR, PAST_OPAQUE) * spacing
-    found = [points[:0]]
     for step in range(1, math.ceil(TOUCHING + PAST_CLEAR) + 1):
         left = step * spacing <= gap + past
         found.append(points[k[left]] - normal[left] * step * spacing)
-    new = np.concatenate(found)
-    if not len(new):
-        return made
-    free = KDTree(points).query(new)[0] > CLOSE * spacing
-    new = new[free]
-    _, first = np.unique(np.round(new / (CLOSE * spacing)).astype(np.int64), axis=0, return_index=True)
-    return made._replace(points=np.concatenate([points, new[np.sort(first)]]))
+        beyond.append(np.where((step * spacing > gap[left])[:, None], normal[left], made.beyond[k[left]]))
+    new, own = np.concatenate(found), len(points)
+    free = np.flatnonzero(KDTree(points).query(new[own:])[0] > CLOSE * spacing) + own
+    _, first = np.unique(np.round(new[free] / (CLOSE * spacing)).astype(np.int64), axis=0, return_index=True)
+    kept = np.append(np.arange(own), free[np.sort(first)])
+    return Wetting(
+        new[kept],
+        np.concatenate(beyond)[kept],
+        np.concatenate([made.places, places[wet]]),
+        np.concatenate([made.normals, normals[wet]]),
+    )
+
+
+def _sides(normals: Array) -> NDArray[np.integer]:
+    """Return the number of the direction, of six, in which each normal (n, 3) points."""
+    axis = np.abs(normals).argmax(axis=1)
+    return 2 * axis + (np.take_along_axis(normals, axis[:, None], axis=1)[:, 0] < 0)
 
 
 def _split(corners: Array, spacing: float, low: Array, high: Array) -> Array:
