@@ -80,10 +80,12 @@ def way(scene: Any, sampler: Any, ray: Any, active: Any) -> Way:
     def step(active: Any, left: Any, ray: Any, inside: Any, found: Any, sampler: Any) -> Any:
         hit = scene.ray_intersect(ray, active)
         there = active & hit.is_valid()
+        if there is False:  # of one ray, in the scalar variant
+            return False, left, ray, inside, found, sampler
         passed = found[1] * dr.select(there, dr.exp(-inside * hit.t), 1.0)
         bsdf = hit.bsdf(ray)
         liquid = there & mi.has_flag(bsdf.flags(), mi.BSDFFlags.DeltaTransmission)
-        entering = dr.dot(ray.d, hit.n) < 0
+        entering, leaving = dr.dot(ray.d, hit.n) < 0, dr.dot(ray.d, hit.n) >= 0
         wi = mi.Vector3f(hit.wi.x, hit.wi.y, dr.select(entering, 1, -1) * dr.maximum(dr.abs(hit.wi.z), 1e-3))
         wi = dr.normalize(wi)
         back, cosine, _, ratio = mi.fresnel(wi.z, INDEX)
@@ -92,13 +94,14 @@ def way(scene: Any, sampler: Any, ray: Any, active: Any) -> Way:
         )
         # In a liquid chance decides whether light is reflected, so that it does not get lost.
         chance = sampler.next_1d(there)
-        kept = liquid & ~entering & (chance < back)
+        kept = liquid & leaving & (chance < back)
         # As does the opacity of what is half transparent.
-        hole = there & ~liquid & (chance < dr.mean(bsdf.eval_null_transmission(hit, there & ~liquid)))
+        solid = there ^ liquid
+        hole = solid & (chance < dr.mean(bsdf.eval_null_transmission(hit, solid)))
         ray = dr.select(liquid, dr.select(kept, mirror, bent), dr.select(hole, hit.spawn_ray(ray.d), ray))
-        coefficient = hit.shape.eval_attribute_3(SHADE, hit, liquid)
+        coefficient = inside if liquid is False else hit.shape.eval_attribute_3(SHADE, hit, liquid)
         inside = dr.select(liquid, dr.select(entering | kept, coefficient, 0.0), inside)
-        first = liquid & ~found[3]
+        first = liquid & (found[3] ^ True)
         found = (
             dr.select(liquid, ray, found[0]),
             passed * dr.select(liquid & entering, 1 - back, 1.0),
@@ -171,10 +174,11 @@ def _kinds() -> tuple[Any, Any]:
             light, valid, _ = self.inner.sample(scene, sampler, mi.RayDifferential3f(found.ray), None, active)
             shiny = active & (found.reflected > 0)
             mirrored = mi.RayDifferential3f(found.mirrored)
-            shown, solid, _ = self.mirror.sample(scene, sampler, mirrored, None, shiny)
+            shown, _, _ = self.mirror.sample(scene, sampler, mirrored, None, shiny)
+            nothing = shiny & (scene.ray_test(found.mirrored, shiny) ^ True)
             miss = dr.zeros(mi.SurfaceInteraction3f)
             miss.wi = -found.mirrored.d
-            shown = dr.select(solid, shown, shown + self.room.eval(miss, shiny & ~solid))
+            shown = dr.select(nothing, dr.maximum(shown, self.room.eval(miss, nothing)), shown)
             glint = dr.select(shiny, found.reflected * dr.minimum(shown, self.limit), 0.0)
             cover = dr.select(valid, 1.0, dr.maximum(1 - dr.mean(found.passed), dr.minimum(dr.mean(glint), 1.0)))
             return found.passed * light + glint, valid, [cover]

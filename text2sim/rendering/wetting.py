@@ -42,7 +42,7 @@ NEAR = 2.0
 """Distance [particle distances] of the surface beyond added particles, at most."""
 OPPOSITE = 0.5
 """Cosine of the angle between two walls from which they face each other."""
-BESIDE = 1.5
+BESIDE = 2.0
 """Distance [particle distances] from the nearest place that a liquid touches, from which there is no wall."""
 MAX_SAMPLES = 200_000
 """Points of walls; large faces are divided no further than that."""
