@@ -3,7 +3,7 @@
 Clear glass is traced separately. Lamps cannot be sampled through it, so its contents would be too noisy, and the
 denoiser would be guided by the glass. Therefore the scene is traced without clear bodies, filtered by the colours of
 those that have one (`filters.py`), and their reflections are added: lamps and bright rims, but no shadows and no
-refraction.
+refraction. Clear liquids do refract, see `water.py`.
 """
 
 from collections.abc import Iterator, Sequence

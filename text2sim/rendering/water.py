@@ -89,9 +89,7 @@ def way(scene: Any, sampler: Any, ray: Any, active: Any) -> Way:
         wi = mi.Vector3f(hit.wi.x, hit.wi.y, dr.select(entering, 1, -1) * dr.maximum(dr.abs(hit.wi.z), 1e-3))
         wi = dr.normalize(wi)
         back, cosine, _, ratio = mi.fresnel(wi.z, INDEX)
-        mirror, bent = (
-            hit.spawn_ray(hit.to_world(way)) for way in (mi.reflect(wi), mi.refract(wi, cosine, ratio))
-        )
+        mirror, bent = (hit.spawn_ray(hit.to_world(way)) for way in (mi.reflect(wi), mi.refract(wi, cosine, ratio)))
         # In a liquid chance decides whether light is reflected, so that it does not get lost.
         chance = sampler.next_1d(there)
         kept = liquid & leaving & (chance < back)

@@ -103,7 +103,8 @@ def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, N
     moved, on = vertices.copy(), np.zeros(len(vertices), bool)
     if not len(wetting.places):
         return moved, on
-    sides, reach = _sides(wetting.normals), (PAST_CLEAR + NEAR) * spacing
+    sides, deepest = _sides(wetting.normals), (PAST_CLEAR + NEAR) * spacing
+    reach = deepest + TOUCHING * spacing  # what is nearer to a corner than the particles was not touched
     walls = [(KDTree(wetting.places[sides == one]), np.flatnonzero(sides == one)) for one in np.unique(sides)]
     for _ in range(3):  # walls of a corner
         found = [tree.query(moved, distance_upper_bound=reach) for tree, _ in walls]
@@ -117,7 +118,7 @@ def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, N
         # Of walls that meet in an edge which points into the liquid, only the nearest counts.
         behind = (from_first * np.take_along_axis(normal, first, 1)).sum(axis=2) < -BEFORE * spacing
         short = ((place - moved[rows, None]) * normal).sum(axis=2)
-        short[behind | np.isinf(away)] = -np.inf
+        short[behind | np.isinf(away) | (short > deepest)] = -np.inf
         worst = short.argmax(axis=1)[:, None]
         short, normal = np.take_along_axis(short, worst, 1), np.take_along_axis(normal, worst[..., None], 1)[:, 0]
         past = short[:, 0] >= -BEFORE * spacing / 2
