@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from text2sim.assets.surface import scaled_normals, signed_volumes
+from text2sim.assets.surface import signed_volumes
 from text2sim.recording.film_record import SoftPart, SurfaceLook
 from text2sim.rendering.decorating import Layer, decorated
 from text2sim.rendering.finishes import drawn_finish, finish_of, material, needs_uvs
@@ -17,7 +17,7 @@ from text2sim.rendering.rigid import read_picture
 from text2sim.rendering.shapes import filtering, mesh_shape, shaded
 from text2sim.rendering.tears import Tears, Torn, nearest, torn_at
 from text2sim.rendering.water import absorption, clear_liquid
-from text2sim.rendering.wetting import Wall, cut_off, wetted
+from text2sim.rendering.wetting import Wall, creased, cut_off, wetted
 from text2sim.templates.shading import LETS_GO, Shell, part_of_triangles, smooth_normals
 from text2sim.templates.soft_states import SoftStates
 from text2sim.templates.streams import flowing
@@ -27,8 +27,6 @@ Around = tuple[int, int, float]
 
 TORN = "rubber"
 """Finish of torn faces."""
-CREASE = 0.8
-"""Cosine of the angle between parts of a liquid's surface on walls from which there is an edge between them."""
 DEPTHS = 2.0
 """Length of the way [edges of a cube of its volume] on which light takes on the colour of a clear liquid."""
 
@@ -284,37 +282,10 @@ class LiquidSurface:
             return None
         if len(wetting.points) > len(points):
             vertices, on = cut_off(vertices, wetting, self._spacing)
-            vertices, faces = _creased(vertices, faces, on)
+            vertices, faces = creased(vertices, faces, on)
         normals = smooth_normals(vertices[faces], faces.ravel(), len(vertices))
         colors, shades = (np.broadcast_to(c, vertices.shape) for c in (self._color, self._shade))
         return lambda bsdf: mesh_shape(self.name, bsdf, vertices, faces, normals, colors=colors, shades=shades)
-
-
-def _creased(vertices: Array, faces: NDArray[Any], on: NDArray[np.bool_]) -> tuple[Array, NDArray[Any]]:
-    """Return a surface whose parts on different walls share no vertices: there are edges between them.
-
-    Args:
-        vertices: Vertices [m], shape (v, 3).
-        faces: Triangles, shape (f, 3).
-        on: Whether each vertex lies on a wall, shape (v,).
-    """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    flat = np.flatnonzero(on[faces].all(axis=1))
-    normals = scaled_normals(vertices[faces[flat]])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
-    ends = np.sort(faces[flat][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    order = np.lexsort(ends.T)
-    same = (ends[order][1:] == ends[order][:-1]).all(axis=1)
-    a, b = order[1:][same] // 3, order[:-1][same] // 3
-    joined = (normals[a] * normals[b]).sum(axis=1) > CREASE
-    a, b = a[joined], b[joined]
-    group = np.zeros(len(faces), np.int64)
-    group[flat] = 1 + connected_components(coo_array((np.ones(len(a)), (a, b)), shape=(len(flat),) * 2))[1]
-    many = int(group.max()) + 1
-    pairs, faces = np.unique(many * faces + group[:, None], return_inverse=True)
-    return vertices[pairs // many], faces.reshape(-1, 3)
 
 
 class SoftBodies:

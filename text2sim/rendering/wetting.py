@@ -44,6 +44,8 @@ OPPOSITE = 0.5
 """Cosine of the angle between two walls from which they face each other."""
 BESIDE = 2.0
 """Distance [particle distances] from the nearest place that a liquid touches, from which there is no wall."""
+CREASE = 0.8
+"""Cosine of the angle between parts of a liquid's surface on walls from which there is an edge between them."""
 MAX_SAMPLES = 200_000
 """Points of walls; large faces are divided no further than that."""
 
@@ -128,6 +130,33 @@ def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, N
     beside = on & (KDTree(wetting.places).query(moved)[0] > BESIDE * spacing)
     moved[beside], on[beside] = vertices[beside], False
     return moved, on
+
+
+def creased(vertices: Array, faces: NDArray[np.integer], on: NDArray[np.bool_]) -> tuple[Array, NDArray[np.integer]]:
+    """Return a surface whose parts on different walls share no vertices: there are edges between them.
+
+    Args:
+        vertices: Vertices [m], shape (v, 3).
+        faces: Triangles, shape (f, 3).
+        on: Whether each vertex lies on a wall, shape (v,).
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    flat = np.flatnonzero(on[faces].all(axis=1))
+    normals = scaled_normals(vertices[faces[flat]])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    ends = np.sort(faces[flat][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    order = np.lexsort(ends.T)
+    same = (ends[order][1:] == ends[order][:-1]).all(axis=1)
+    a, b = order[1:][same] // 3, order[:-1][same] // 3
+    joined = (normals[a] * normals[b]).sum(axis=1) > CREASE
+    a, b = a[joined], b[joined]
+    group = np.zeros(len(faces), np.int64)
+    group[flat] = 1 + connected_components(coo_array((np.ones(len(a)), (a, b)), shape=(len(flat),) * 2))[1]
+    many = int(group.max()) + 1
+    pairs, faces = np.unique(many * faces + group[:, None], return_inverse=True)
+    return vertices[pairs // many], faces.reshape(-1, 3)
 
 
 def _filled(made: Wetting, spacing: float, places: Array, normals: Array, clear: NDArray[np.bool_]) -> Wetting:
