@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.floating]
 
-SMOOTHING_LENGTH, CUBE_SIZE = 2.0, 0.7
+SMOOTHING_LENGTH, CUBE_SIZE = 2.5, 0.8
 """Reach of a particle and edge of the cells of a liquid's surface, in particle radii."""
-SMOOTHING_ITERATIONS = 20
+SMOOTHING_ITERATIONS = 15
 """Smoothing iterations of a liquid's surface."""
 
 
-def liquid_surface(points: Array, radius: float, threshold: float = 0.6) -> tuple[Array, NDArray[np.integer]]:
+def liquid_surface(points: Array, radius: float, threshold: float = 0.5) -> tuple[Array, NDArray[np.integer]]:
     """Return vertices (n, 3) [m] and triangles (f, 3) of the surface around particles.
 
     Args:

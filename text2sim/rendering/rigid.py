@@ -1,6 +1,7 @@
 """Rigid bodies: all parts with one material form one mesh, whose vertices are transformed for each frame."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +12,10 @@ from text2sim.assets.surface import scaled_normals
 from text2sim.compiler.shapes.rotation import quats_to_matrices
 from text2sim.recording.film_record import Cut, WornMesh
 from text2sim.rendering.decorating import Layer, decorated, shifted, toned
-from text2sim.rendering.finishes import EDGE_TINT, drawn_finish, finish_of, material, needs_uvs
+from text2sim.rendering.finishes import EDGE_TINT, SCATTERED, drawn_finish, finish_of, material, needs_uvs
 from text2sim.rendering.meshes import RenderMesh, boxed_uvs, read_mesh
 from text2sim.rendering.shapes import filtering, mesh_shape, shaded
+from text2sim.rendering.wetting import Wall
 
 Array = NDArray[np.floating]
 
@@ -80,6 +82,7 @@ class Batch:
             colors = [(color, filtering(color, shared.opacity)) for color, _ in colors]
         self._colors, self._shades = (np.repeat([row[i] for row in colors], sizes, axis=0) for i in (0, 1))
         self._made: Any = None
+        self._parts, self._kind = parts, finish_of(shared.finish).kind
 
     def shape(self, pos: Array, quat: Array, bsdf: Any = None) -> Any:
         """Return the mesh for given poses of the links.
@@ -90,8 +93,9 @@ class Batch:
             bsdf: Material instead of its own.
         """
         if self._made is None or self.moves or bsdf is not None:
-            vertices, _ = self.surface(pos, quat)
-            normals = np.einsum("nij,nj->ni", quats_to_matrices(quat)[self._links], self._normals)
+            turn = quats_to_matrices(quat)[self._links]
+            vertices = np.einsum("nij,nj->ni", turn, self._vertices) + pos[self._links]
+            normals = np.einsum("nij,nj->ni", turn, self._normals)
             shape = mesh_shape(
                 self.name, bsdf or self._bsdf, vertices, self._faces, normals,
                 colors=self._colors, shades=self._shades, uvs=self._uvs,
@@ -101,10 +105,25 @@ class Batch:
             self._made = shape
         return self._made
 
-    def surface(self, pos: Array, quat: Array) -> tuple[Array, NDArray[np.integer]]:
-        """Return vertices [m] and triangles for given poses of the links; see `shape`."""
-        turn = quats_to_matrices(quat)[self._links]
-        return np.einsum("nij,nj->ni", turn, self._vertices) + pos[self._links], self._faces
+    def walls(self, pos: Array, quat: Array) -> list[Wall]:
+        """Return its surfaces as they were recorded, with sharp edges, for given poses of the links; see `shape`.
+
+        Where two panes meet, a liquid would flow into the groove between rounded edges.
+        """
+        if self._kind == "edge":
+            return []  # of panes that are part of another batch
+        turn, clear = quats_to_matrices(quat), self._kind in ("clear", *SCATTERED)
+        return [Wall(own @ turn[link].T + pos[link], faces, clear) for link, own, faces in self._recorded]
+
+    @cached_property
+    def _recorded(self) -> list[tuple[int, Array, NDArray[np.integer]]]:
+        """Link, vertices in its frame [m] and triangles of each part."""
+        meshes = [(part, read_mesh(part.mesh, rounded=False)) for part in self._parts]
+        turns = [quats_to_matrices(np.array([part.quat]))[0] for part in self._parts]
+        return [
+            (part.link, mesh.vertices @ r.T + part.pos, mesh.faces)
+            for (part, mesh), r in zip(meshes, turns, strict=True)
+        ]
 
 
 def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float) -> list[Batch]:

@@ -65,6 +65,10 @@ class FilmMoment:
     """Reflections of clear bodies only: everything else is black. None if nothing is clear."""
     filters: Any = None
     """Coloured transparent bodies; None if there are none."""
+    liquids: Any = None
+    """All surfaces of `solid`, and clear liquids; None if there are none."""
+    room: Any = None
+    """What clear bodies reflect where nothing is."""
 
 
 class FilmStage:
@@ -144,36 +148,41 @@ class FilmStage:
         pos, quat = self.recording.states.poses(t)
         around = self.recording.states.around(t)
         shapes: dict[str, Any] = {batch.name: batch.shape(pos, quat) for batch in self._rigid if not batch.is_clear}
-        walls: list[Wall] = []
+        flowing: list[Any] = []
         if self._soft is not None:
             if self._soft.has_liquids:
-                walls = [
-                    *self._level_square,
-                    *(Wall(*batch.surface(pos, quat), batch.is_clear) for batch in self._rigid),
-                ]
-            shapes |= self._soft.shapes(around, walls=walls)
-        solid = mitsuba().load_dict(self._fixed | shapes, optimize=False)
+                surfaces = [wall for batch in self._rigid for wall in batch.walls(pos, quat)]
+                flowing = self._soft.liquids(around, [*self._level_square, *surfaces])
+            shapes |= self._soft.shapes(around)
+        shapes |= {liquid.name: make(liquid.bsdf) for liquid, make in flowing if not liquid.is_clear}
+        mi, liquids = mitsuba(), None
+        solid = mi.load_dict(self._fixed | shapes, optimize=False)
+        if water := {liquid.name: make(liquid.bsdf) for liquid, make in flowing if liquid.is_clear}:
+            backdrop = {name: self._fixed[name] for name in self._backdrop}
+            liquids = mi.load_dict({"type": "scene"} | backdrop | shapes | water, optimize=False)
         clear = [batch for batch in self._rigid if batch.is_clear]
-        skins = self._soft is not None and self._soft.is_clear
+        skins = self._soft is not None and self._soft.has_skins
+        # Besides lamps, glass and water reflect the lit room. A dome replaces it, bright above and fading towards the
+        # floor: otherwise a flat pane would reflect a hard line between the two.
+        film = self.recording.film
+        room = dome(gradient(linear(np.asarray(film["background"])) * ROOM_BRIGHTNESS / film["gain"], np.zeros(3)))
         if not (clear or skins) or not gloss:
-            return FilmMoment(solid)
+            return FilmMoment(solid, liquids=liquids, room=room)
         # A black mirror instead of black paint: a mirror sends no rays to the lamps.
-        black = mitsuba().load_dict({"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}})
+        black = mi.load_dict({"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}})
         colored = {batch.name: batch.shape(pos, quat) for batch in clear if batch.filters}
         shapes = {batch.name: batch.shape(pos, quat) for batch in clear}
         shapes |= {batch.name: batch.shape(pos, quat, black) for batch in self._rigid if not batch.is_clear}
+        shapes |= {liquid.name: make(black) for liquid, make in flowing}
         if self._soft is not None:
-            clear_skins = self._soft.shapes(around, clear=True, walls=walls) if skins else {}
+            clear_skins = self._soft.shapes(around, clear=True) if skins else {}
             colored |= clear_skins
-            shapes |= self._soft.shapes(around, black, walls=walls) | clear_skins
-        filters = mitsuba().load_dict({"type": "scene"} | colored, optimize=False) if colored else None
+            shapes |= self._soft.shapes(around, black) | clear_skins
+        filters = mi.load_dict({"type": "scene"} | colored, optimize=False) if colored else None
         shapes |= {name: make(black) for name, (make, _) in self._backdrop.items()}
-        # Besides lamps, glass reflects the lit room, which is black here. A dome replaces it, bright above and fading
-        # towards the floor: otherwise a flat pane would reflect a hard line between the two.
-        film = self.recording.film
-        room = linear(np.asarray(film["background"])) * ROOM_BRIGHTNESS / film["gain"]
-        shapes["dome"] = dome(gradient(room, np.zeros(3)))
-        return FilmMoment(solid, mitsuba().load_dict(self._fixed | shapes, optimize=False), filters)
+        shapes["dome"] = room
+        gleaming = mi.load_dict(self._fixed | shapes, optimize=False)
+        return FilmMoment(solid, gleaming, filters, liquids, room)
 
     def _make_backdrop(self) -> dict[str, tuple[Callable[[Any], Any], Any]]:
         """Return for the floor and the wall a factory that takes a material, and the default material."""

@@ -1,6 +1,6 @@
 """Deformable bodies: bending surfaces, grains, and liquids with a surface that is rebuilt for every frame."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,8 @@ from text2sim.rendering.particle_surface import liquid_surface
 from text2sim.rendering.rigid import read_picture
 from text2sim.rendering.shapes import filtering, mesh_shape, shaded
 from text2sim.rendering.tears import Tears, Torn, nearest, torn_at
-from text2sim.rendering.wetting import Wall, cut_off, wetted
+from text2sim.rendering.water import absorption, clear_liquid
+from text2sim.rendering.wetting import Wall, creased, cut_off, wetted
 from text2sim.templates.shading import LETS_GO, Shell, part_of_triangles, smooth_normals
 from text2sim.templates.soft_states import SoftStates
 from text2sim.templates.streams import flowing
@@ -26,8 +27,8 @@ Around = tuple[int, int, float]
 
 TORN = "rubber"
 """Finish of torn faces."""
-LIQUID_OPACITY = 0.4
-"""Largest opacity of the surface of a clear liquid; one sees through two of them."""
+DEPTHS = 2.0
+"""Length of the way [edges of a cube of its volume] on which light takes on the colour of a clear liquid."""
 
 
 class SoftSurface:
@@ -253,8 +254,8 @@ def hollows(vertices: Array, faces: NDArray[Any]) -> NDArray[np.bool_]:
 class LiquidSurface:
     """Particles with a surface around all of them.
 
-    A clear liquid is drawn as a tinted skin that does not refract, like clear glass: light would reach what is inside
-    it, or below it, only through refracting surfaces, which a path tracer does not find; a tub of water was black.
+    A clear liquid refracts and absorbs light, see `water.py`. It has its colour where it is as deep as a cube of its
+    volume is high, is darker where it is deeper, and almost colourless where it is thin.
     """
 
     def __init__(self, name: str, part: SoftPart):
@@ -263,42 +264,28 @@ class LiquidSurface:
         self.is_clear = is_clear(part.kind, look)
         self._color, self._shade = shaded(look.color, "smooth")
         if self.is_clear:
-            self._shade = filtering(self._color, min(look.opacity, LIQUID_OPACITY))
-        self._bsdf = material("glass" if self.is_clear else "smooth")
+            first, end = part.row["points"]
+            depth = DEPTHS * self._spacing * (end - first) ** (1 / 3)
+            self._shade = absorption(1 - look.opacity * (1 - self._color), depth)
+        self.bsdf = clear_liquid() if self.is_clear else material("smooth")
 
-    def shapes(self, points: Array, bsdf: Any = None, walls: Sequence[Wall] = ()) -> dict[str, Any]:
-        """Return the surface.
+    def shape(self, points: Array, walls: Sequence[Wall] = ()) -> Callable[[Any], Any] | None:
+        """Return a factory of the surface that takes a material; None without a surface.
 
         Args:
             points: Positions of its particles [m].
-            bsdf: Material instead of its own.
             walls: Rigid surfaces that it may touch.
         """
         wetting = wetted(points, self._spacing, walls)
         vertices, faces = liquid_surface(wetting.points, self._spacing / 2)
         if not len(faces):
-            return {}
+            return None
         if len(wetting.points) > len(points):
             vertices, on = cut_off(vertices, wetting, self._spacing)
-            vertices, faces = _creased(vertices, faces, on)
+            vertices, faces = creased(vertices, faces, on)
         normals = smooth_normals(vertices[faces], faces.ravel(), len(vertices))
         colors, shades = (np.broadcast_to(c, vertices.shape) for c in (self._color, self._shade))
-        shape = mesh_shape(self.name, bsdf or self._bsdf, vertices, faces, normals, colors=colors, shades=shades)
-        return {self.name: shape}
-
-
-def _creased(vertices: Array, faces: NDArray[Any], on: NDArray[np.bool_]) -> tuple[Array, NDArray[Any]]:
-    """Return a surface whose parts on different walls share no vertices: it is flat there, and has edges between.
-
-    Args:
-        vertices: Vertices [m], shape (v, 3).
-        faces: Triangles, shape (f, 3).
-        on: Whether each vertex lies on one of three walls, shape (v, 3).
-    """
-    flat = on[faces].all(axis=1)
-    group = np.where(flat.sum(axis=1) > 0, 1 + flat.argmax(axis=1), 0)
-    pairs, faces = np.unique(4 * faces + group[:, None], return_inverse=True)
-    return vertices[pairs // 4], faces.reshape(-1, 3)
+        return lambda bsdf: mesh_shape(self.name, bsdf, vertices, faces, normals, colors=colors, shades=shades)
 
 
 class SoftBodies:
@@ -335,34 +322,48 @@ class SoftBodies:
         return any(isinstance(figure, LiquidSurface) for _, figure in self._figures)
 
     @property
-    def is_clear(self) -> bool:
-        """Whether any part of a body is clear; see `trace`."""
-        return any(figure.is_clear for _, figure in self._figures)
+    def has_skins(self) -> bool:
+        """Whether any part of a body is a clear skin; see `trace`."""
+        return any(figure.is_clear for _, figure in self._figures if isinstance(figure, SoftSurface))
 
-    def shapes(
-        self, around: Around, bsdf: Any = None, *, clear: bool = False, walls: Sequence[Wall] = ()
-    ) -> dict[str, Any]:
-        """Return the shapes of all clear or of all other parts between two recorded frames.
+    def shapes(self, around: Around, bsdf: Any = None, *, clear: bool = False) -> dict[str, Any]:
+        """Return the shapes of all clear or of all other parts between two recorded frames, without liquids.
 
         Args:
             around: The two frames, and the fraction between them.
             bsdf: Material instead of their own.
             clear: Whether only clear parts are returned, or only others.
-            walls: Rigid surfaces that liquids may touch.
         """
         found: dict[str, Any] = {}
+        for part, figure, points in self._drawn(around):
+            if isinstance(figure, SoftSurface) and (figure.is_clear or not clear):
+                particles, torn = self._particles(part, around), torn_at(self._states, part.row, around)
+                found |= figure.shapes(points, particles, bsdf, clear=clear, torn=torn)
+            elif isinstance(figure, Grains) and not clear:
+                found |= figure.shapes(points, bsdf)
+        return found
+
+    def liquids(self, around: Around, walls: Sequence[Wall]) -> list[tuple[LiquidSurface, Callable[[Any], Any]]]:
+        """Return the liquids between two recorded frames, and factories of their shapes that take a material.
+
+        Args:
+            around: The two frames, and the fraction between them.
+            walls: Rigid surfaces that liquids may touch.
+        """
+        found = []
+        for _, figure, points in self._drawn(around):
+            if isinstance(figure, LiquidSurface) and (make := figure.shape(points, walls)) is not None:
+                found.append((figure, make))
+        return found
+
+    def _drawn(self, around: Around) -> Iterator[tuple[SoftPart, Any, Array]]:
+        """Yield bodies of which something is drawn, and their points [m]."""
         for (part, figure), mouth in zip(self._figures, self._mouths, strict=True):
             points = self._places(part, around)
             if mouth is not None:
                 points = points[flowing(points, mouth, part.row["spacing"])]
-            if len(points) and isinstance(figure, LiquidSurface):
-                found |= figure.shapes(points, bsdf, walls) if figure.is_clear == clear else {}
-            elif len(points) and isinstance(figure, SoftSurface) and (figure.is_clear or not clear):
-                particles, torn = self._particles(part, around), torn_at(self._states, part.row, around)
-                found |= figure.shapes(points, particles, bsdf, clear=clear, torn=torn)
-            elif len(points) and not clear:
-                found |= figure.shapes(points, bsdf)
-        return found
+            if len(points):
+                yield part, figure, points
 
     def _particles(self, part: SoftPart, around: Around) -> Array:
         return self._states.at("soft_points", around)[slice(*part.row["points"])].astype(float)

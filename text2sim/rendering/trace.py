@@ -3,7 +3,7 @@
 Clear glass is traced separately. Lamps cannot be sampled through it, so its contents would be too noisy, and the
 denoiser would be guided by the glass. Therefore the scene is traced without clear bodies, filtered by the colours of
 those that have one (`filters.py`), and their reflections are added: lamps and bright rims, but no shadows and no
-refraction.
+refraction. Clear liquids do refract, see `water.py`.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,6 +20,7 @@ from scipy.ndimage import maximum_filter, uniform_filter
 from text2sim.rendering.filters import passed
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.scene import FilmMoment
+from text2sim.rendering.water import through_liquids
 
 Array = NDArray[np.floating]
 
@@ -44,6 +45,8 @@ BRIGHTEST = 24.0
 SHEEN, GLARE = 0.25, 0.3
 """Radiance of reflections of clear glass, relative to a white sheet, above which they are dimmed, and the fraction of
 the excess that remains: otherwise lamps in a glass tube hide its contents behind bars as white as paper."""
+GLINT = 12.0
+"""Largest radiance that liquids mirror, relative to a white sheet: lamps in ripples would be noise."""
 RIM = 3
 """Pixels around visible surfaces that are filled like them before denoising."""
 
@@ -99,12 +102,16 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
     seconds = {"trace": 0.0, "guides": 0.0, "gloss": 0.0, "denoise": 0.0}
     pictures, guides, alphas, glosses, filters = _Mean(), _Mean(), _Mean(), _Mean(), _Mean()
     for k, (moment, sensor) in enumerate(moments):
-        seed = SEED + 7919 * k
+        seed, seen, guiding_by = SEED + 7919 * k, integrator, guide
+        if moment.liquids is not None:
+            mirror = mi.load_dict(path | {"hide_emitters": False})
+            seen = through_liquids(moment.liquids, integrator, mirror, moment.room, GLINT / gain)
+            guiding_by = through_liquids(moment.liquids, guide)
         with _timed(seconds, "trace"):
-            rendered = mi.render(moment.solid, sensor=sensor, integrator=integrator, spp=samples, seed=seed)
-            there = pictures.add(rendered)[..., 3]
+            rendered = mi.render(moment.solid, sensor=sensor, integrator=seen, spp=samples, seed=seed)
+            there = pictures.add(rendered)[..., -1 if moment.liquids else 3]
         with _timed(seconds, "guides"):
-            guides.add(mi.render(moment.solid, sensor=sensor, integrator=guide, spp=guiding, seed=seed))
+            guides.add(mi.render(moment.solid, sensor=sensor, integrator=guiding_by, spp=guiding, seed=seed))
             if guiding > samples and there.min() < 1:  # edges before an empty background are noisy with few samples
                 more = mi.render(moment.solid, sensor=sensor, integrator=coverage, spp=guiding, seed=seed)
                 there = _edges(there, np.array(more)[..., 3])
@@ -118,7 +125,7 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
                     filters.add(passed(moment.filters, sensor, depth))
     with _timed(seconds, "denoise"):
         picture, seen = pictures.value, guides.value[..., -7:]
-        radiance, alpha = _limited(undimmed(picture[..., :3], picture[..., 3]), gain), np.clip(alphas.value, 0, 1)
+        radiance, alpha = _limited(undimmed(picture[..., :3], picture[..., -1]), gain), np.clip(alphas.value, 0, 1)
         fast = quality.samples <= SAMPLES_OF_DRAFTS
         radiance = _denoised(radiance, np.clip(seen[..., :3], 0, 1), seen[..., 3:6], fast=fast)
         if glosses.count:

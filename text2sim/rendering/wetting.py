@@ -38,8 +38,14 @@ CLOSE = 0.6
 """Distance [particle distances] of two particles that count as one."""
 BEFORE = 0.03
 """Distance [particle distances] from a clear wall at which a liquid is cut off, for surfaces that coincide flicker."""
-NEAREST, NEAR = 6, 2.0
-"""Number of added particles that tell which walls a vertex is near, and their distance [particle distances] at most."""
+NEAR = 2.0
+"""Distance [particle distances] of the surface beyond added particles, at most."""
+OPPOSITE = 0.5
+"""Cosine of the angle between two walls from which they face each other."""
+BESIDE = 2.0
+"""Distance [particle distances] from the nearest place that a liquid touches, from which there is no wall."""
+CREASE = 0.8
+"""Cosine of the angle between parts of a liquid's surface on walls from which there is an edge between them."""
 MAX_SAMPLES = 200_000
 """Points of walls; large faces are divided no further than that."""
 
@@ -49,11 +55,12 @@ class Wetting(NamedTuple):
 
     points: Array
     """Positions [m], shape (n, 3); the liquid's own come first."""
-    walls: Array
-    """Normal and offset [m] of up to three clear walls near an added particle, shape (n, 3, 4); NaN for none. The
-    liquid is where `normal . x >= offset`."""
+    beyond: Array
+    """Normal of the wall in which a particle was added, shape (n, 3); 0 for others."""
     places: Array
-    """Points of clear walls at which the liquid ends [m], shape (m, 3)."""
+    """Points of clear walls that it touches [m], shape (m, 3)."""
+    normals: Array
+    """Unit normals of the walls there, shape (m, 3)."""
 
 
 def wetted(points: Array, spacing: float, walls: Sequence[Wall]) -> Wetting:
@@ -64,7 +71,7 @@ def wetted(points: Array, spacing: float, walls: Sequence[Wall]) -> Wetting:
         spacing: Distance between neighbours [m].
         walls: Rigid surfaces.
     """
-    wetting = Wetting(points, np.full((len(points), 3, 4), np.nan), np.zeros((0, 3)))
+    wetting = Wetting(points, np.zeros_like(points), np.zeros((0, 3)), np.zeros((0, 3)))
     if not len(points):
         return wetting
     reach = TOUCHING * spacing
@@ -77,16 +84,15 @@ def wetted(points: Array, spacing: float, walls: Sequence[Wall]) -> Wetting:
     corners, clear, normals = corners[size > 0], clear[size > 0], cross[size > 0] / size[size > 0, None]
     places = corners.mean(axis=1) + BEFORE * spacing * normals
     # One direction after another, so that what is new beside one wall reaches the next: edges and corners fill, too.
-    axis = np.abs(normals).argmax(axis=1)
-    side = 2 * axis + (np.take_along_axis(normals, axis[:, None], axis=1)[:, 0] < 0)
+    side = _sides(normals)
     for one in np.unique(side):
         own = side == one
-        wetting = _filled(wetting, spacing, places[own], normals[own], clear[own], one // 2)
-    return wetting._replace(places=places[clear])
+        wetting = _filled(wetting, spacing, places[own], normals[own], clear[own])
+    return wetting
 
 
 def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the vertices of a surface around particles; those beyond a wall are moved onto it.
+    """Return the vertices of a surface around particles; those beyond a clear wall are moved onto it.
 
     Args:
         vertices: Vertices [m], shape (v, 3).
@@ -94,31 +100,66 @@ def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, N
         spacing: Distance between neighbours [m].
 
     Returns:
-        The vertices [m], and whether each lies on the wall in each of three slots, (v, 3).
+        The vertices [m], and whether each lies on a wall, (v,).
     """
+    moved, on = vertices.copy(), np.zeros(len(vertices), bool)
     if not len(wetting.places):
-        return vertices, np.zeros((len(vertices), 3), bool)
-    added = np.isfinite(wetting.walls[:, :, 0]).sum(axis=1) > 0
-    tree, kept = KDTree(wetting.points[added]), np.append(wetting.walls[added], np.full((1, 3, 4), np.nan), axis=0)
-    walls = kept[tree.query(vertices, k=NEAREST, distance_upper_bound=NEAR * spacing)[1]]
-    moved, on = vertices.copy(), np.zeros((len(vertices), 3), bool)
-    rows = np.arange(len(vertices))
-    for slot in range(3):
-        wall = walls[rows, np.isfinite(walls[:, :, slot, 0]).argmax(axis=1), slot]  # the nearest that has one
-        with np.errstate(invalid="ignore"):
-            short = wall[:, 3] - (moved * wall[:, :3]).sum(axis=1)
-        k = np.flatnonzero((short >= 0) & (short <= (PAST_CLEAR + NEAR) * spacing))
-        moved[k] += wall[k, :3] * short[k, None]
-        on[k, slot] = True
+        return moved, on
+    sides, deepest = _sides(wetting.normals), (PAST_CLEAR + NEAR) * spacing
+    reach = deepest + TOUCHING * spacing  # what is nearer to a corner than the particles was not touched
+    walls = [(KDTree(wetting.places[sides == one]), np.flatnonzero(sides == one)) for one in np.unique(sides)]
+    for _ in range(3):  # walls of a corner
+        found = [tree.query(moved, distance_upper_bound=reach) for tree, _ in walls]
+        away = np.stack([distance for distance, _ in found], axis=1)
+        own = [np.append(index, 0)[k] for (_, k), (_, index) in zip(found, walls, strict=True)]
+        rows = np.flatnonzero(np.isfinite(away).any(axis=1))
+        k, away = np.stack(own, axis=1)[rows], away[rows]
+        place, normal = wetting.places[k], wetting.normals[k]
+        first = away.argmin(axis=1)[:, None, None]
+        from_first = place - np.take_along_axis(place, first, 1)
+        # Of walls that meet in an edge which points into the liquid, only the nearest counts.
+        behind = (from_first * np.take_along_axis(normal, first, 1)).sum(axis=2) < -BEFORE * spacing
+        short = ((place - moved[rows, None]) * normal).sum(axis=2)
+        short[behind | np.isinf(away) | (short > deepest)] = -np.inf
+        worst = short.argmax(axis=1)[:, None]
+        short, normal = np.take_along_axis(short, worst, 1), np.take_along_axis(normal, worst[..., None], 1)[:, 0]
+        past = short[:, 0] >= -BEFORE * spacing / 2
+        moved[rows[past]] += (short * normal)[past]
+        on[rows[past]] = True
     # Beside an edge, a wall is only an imaginary plane.
-    beside = KDTree(wetting.places).query(moved)[0] > spacing
+    beside = on & (KDTree(wetting.places).query(moved)[0] > BESIDE * spacing)
     moved[beside], on[beside] = vertices[beside], False
     return moved, on
 
 
-def _filled(
-    made: Wetting, spacing: float, places: Array, normals: Array, clear: NDArray[np.bool_], slot: int
-) -> Wetting:
+def creased(vertices: Array, faces: NDArray[np.integer], on: NDArray[np.bool_]) -> tuple[Array, NDArray[np.integer]]:
+    """Return a surface whose parts on different walls share no vertices: there are edges between them.
+
+    Args:
+        vertices: Vertices [m], shape (v, 3).
+        faces: Triangles, shape (f, 3).
+        on: Whether each vertex lies on a wall, shape (v,).
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    flat = np.flatnonzero(on[faces].all(axis=1))
+    normals = scaled_normals(vertices[faces[flat]])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    ends = np.sort(faces[flat][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    order = np.lexsort(ends.T)
+    same = (ends[order][1:] == ends[order][:-1]).all(axis=1)
+    a, b = order[1:][same] // 3, order[:-1][same] // 3
+    joined = (normals[a] * normals[b]).sum(axis=1) > CREASE
+    a, b = a[joined], b[joined]
+    group = np.zeros(len(faces), np.int64)
+    group[flat] = 1 + connected_components(coo_array((np.ones(len(a)), (a, b)), shape=(len(flat),) * 2))[1]
+    many = int(group.max()) + 1
+    pairs, faces = np.unique(many * faces + group[:, None], return_inverse=True)
+    return vertices[pairs // many], faces.reshape(-1, 3)
+
+
+def _filled(made: Wetting, spacing: float, places: Array, normals: Array, clear: NDArray[np.bool_]) -> Wetting:
     """Return particles with more on the way from them to the walls of one direction, and into these."""
     points, reach = made.points, TOUCHING * spacing
     away, nearest = KDTree(places).query(points, distance_upper_bound=reach + spacing)
@@ -126,26 +167,32 @@ def _filled(
     touching = np.asarray(nearest)[k]
     normal, place, glassy = normals[touching], places[touching], clear[touching]
     gap = ((points[k] - place) * normal).sum(axis=1)
-    near = (gap > 0) & (gap <= reach)
-    k, normal, place, gap, glassy = k[near], normal[near], place[near], gap[near], glassy[near]
+    # A particle in a wall does not touch the end of another pane there, nor the other side of a thin wall.
+    near = (gap > 0) & (gap <= reach) & ((made.beyond[k] * normal).sum(axis=1) > -OPPOSITE)
+    k, normal, gap, glassy = k[near], normal[near], gap[near], glassy[near]
+    wet = np.unique(touching[near][glassy & ~made.beyond[k].any(axis=1)])
+    found, beyond = [points], [made.beyond]
     past = np.where(glassy, PAST_CLEAR, PAST_OPAQUE) * spacing
-    found, sources = [points[:0]], [k[:0]]
     for step in range(1, math.ceil(TOUCHING + PAST_CLEAR) + 1):
         left = step * spacing <= gap + past
         found.append(points[k[left]] - normal[left] * step * spacing)
-        sources.append(np.flatnonzero(left))
-    new, source = np.concatenate(found), np.concatenate(sources)
-    if not len(new):
-        return made
-    free = KDTree(points).query(new)[0] > CLOSE * spacing
-    new, source = new[free], source[free]
-    _, first = np.unique(np.round(new / (CLOSE * spacing)).astype(np.int64), axis=0, return_index=True)
-    new, source = new[np.sort(first)], source[np.sort(first)]
-    walls = made.walls[k[source]]
-    cut = glassy[source]
-    walls[cut, slot, :3] = normal[source][cut]
-    walls[cut, slot, 3] = (normal[source] * place[source]).sum(axis=1)[cut]
-    return Wetting(np.concatenate([points, new]), np.concatenate([made.walls, walls]), made.places)
+        beyond.append(np.where((step * spacing > gap[left])[:, None], normal[left], made.beyond[k[left]]))
+    new, own = np.concatenate(found), len(points)
+    free = np.flatnonzero(KDTree(points).query(new[own:])[0] > CLOSE * spacing) + own
+    _, first = np.unique(np.round(new[free] / (CLOSE * spacing)).astype(np.int64), axis=0, return_index=True)
+    kept = np.append(np.arange(own), free[np.sort(first)])
+    return Wetting(
+        new[kept],
+        np.concatenate(beyond)[kept],
+        np.concatenate([made.places, places[wet]]),
+        np.concatenate([made.normals, normals[wet]]),
+    )
+
+
+def _sides(normals: Array) -> NDArray[np.integer]:
+    """Return the number of the direction, of six, in which each normal (n, 3) points."""
+    axis = np.abs(normals).argmax(axis=1)
+    return 2 * axis + (np.take_along_axis(normals, axis[:, None], axis=1)[:, 0] < 0)
 
 
 def _split(corners: Array, spacing: float, low: Array, high: Array) -> Array:

@@ -156,7 +156,8 @@ class Look(Model):
     """A name (`terracotta`), `#rrggbb`, three numbers from 0 to 1, a list of names, or a palette (`{palette:
     okabe_ito}`). Lists and palettes are assigned in turn to copies, and to parts and links with `repeat`."""
     finish: Finish = "rough"
-    """Surface of the body; the preview shows its gloss. A liquid is by default as clear as `glass`."""
+    """Surface of the body; the preview shows its gloss. A liquid is by default as clear as
+    water, with the colour where it is deep; `smooth` makes it opaque, like milk or paint."""
     pattern: Pattern | None = None
     """Boards, tiles or print over the colour, such as `{kind: stripes, size: 0.03, color: white}`: planks, bricks,
     tiles, checker, gingham, stripes, dots, rings; on boxes also carton, crate, book, pips."""
