@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from text2sim.recording.film_record import SoftPart, SurfaceLook, read_recording
-from text2sim.rendering.grains import Grains, surface_normals
+from text2sim.rendering.grains import HEAPED, LOOSE, Grains, heap_surface
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.soft import LiquidSurface, SoftSurface, hollows, is_clear, liquid_surface
 from text2sim.rendering.tears import Tears
@@ -47,15 +47,17 @@ def test_grains_lie_in_the_surface_of_their_heap_and_keep_their_place_at_rest() 
     sand = sand[radius < slope * (tall - sand[:, 2])]
     radius = np.hypot(sand[:, 0], sand[:, 1])
     flank = (np.abs(radius - slope * (tall - sand[:, 2])) < 1.5 * SPACING) & (radius > 0.3) & (sand[:, 2] > 0.15)
-    facing = surface_normals(sand, SPACING)
+    facing, dense = heap_surface(sand, SPACING)
     outward = (facing[:, :2] * sand[:, :2]).sum(axis=1) / np.maximum(radius, 1e-9)
     steep = np.degrees(np.arctan2(outward, facing[:, 2]))[flank]
     assert np.median(steep) == pytest.approx(np.degrees(np.arctan(1 / slope)), abs=6)
-    crept = surface_normals(sand + 1e-3 * SPACING * np.sin(np.arange(sand.size)).reshape(sand.shape), SPACING)
+    crept, _ = heap_surface(sand + 1e-3 * SPACING * np.sin(np.arange(sand.size)).reshape(sand.shape), SPACING)
     turned = np.degrees(np.arccos(np.clip((facing * crept).sum(axis=1), -1, 1)))
     assert np.quantile(turned[flank], 0.9) < 20
-    stray = surface_normals(np.concatenate([sand, [[20.0, 0.0, 3.0]]]), SPACING)
+    stray, around = heap_surface(np.concatenate([sand, [[20.0, 0.0, 3.0]]]), SPACING)
     assert stray[-1].tolist() == [0.0, 0.0, 1.0], "what flies alone has no surface"
+    assert around[-1] == 0.0
+    assert dense[flank].min() > HEAPED > LOOSE > around[-1], "grains of the heap are flat, and the stray one is round"
     turned = np.degrees(np.arccos(np.clip((facing * stray[:-1]).sum(axis=1), -1, 1)))
     assert np.quantile(turned[flank], 0.9) < 20, "one stray grain does not change the light on the heap"
 

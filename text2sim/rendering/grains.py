@@ -1,7 +1,7 @@
 """Sand and snow: particles drawn as flat grains that lie in the surface of their heap.
 
 Round grains of a pixel's size would show no form: a heap of them is as bright on all sides. Grains that lie in the
-surface are lit like it.
+surface are lit like it. What has come loose, spray and crumbs, is round instead: flat, it would look like chips.
 """
 
 from typing import Any
@@ -27,6 +27,11 @@ CRUMBS = {"granular": (8, 0.24, 1.15, 0.5), "snow": (8, 0.24, 0.7, 0.5)}
 distances: along it more than half a cell of the solver, whose steps would show in the outline."""
 FLAT, TILT = 0.6, 0.14
 """Thickness of a grain relative to its width, and how much its tilt differs from that of the surface."""
+LOOSE, HEAPED = 0.15, 0.3
+"""Smoothed density up to which particles are loose, and from which on they are in a heap: a single one has 0.008, a
+layer on the ground 0.2, the side of a heap 0.5."""
+LUMP = 0.5
+"""Radius of the round body of a loose particle, in particle distances."""
 ENCLOSING = 1.5
 """Edge of the cells that hide a particle if all around it are occupied, in particle distances."""
 MAX_GRAINS = 400_000
@@ -77,29 +82,37 @@ class Grains:
         outside = ~enclosed(points, ENCLOSING * self._spacing)
         # What has not come out of a stream yet is last among its particles.
         count = len(points)
-        facing = surface_normals(points, self._spacing)[outside]
+        facing, dense = (values[outside] for values in heap_surface(points, self._spacing))
+        loose = np.clip((HEAPED - dense) / (HEAPED - LOOSE), 0.0, 1.0)[:, None]
         centers = points[outside][:, None] + self._offsets[:count][outside]
-        sizes, shade = self._sizes[:count][outside], self._shade[:count][outside]
+        sizes, shade = self._sizes[:count][outside].copy(), self._shade[:count][outside]
+        sizes[..., 2] /= FLAT + (1 - FLAT) * (1 - loose)
+        beds, aside = self._bed_sizes[:count][outside], self._bed_offsets[:count][outside]
+        round_ = beds[:, :1] * LUMP / BED[0]
+        beds, aside = beds + loose * (round_ - beds), aside * (1 - loose)
         axes = facing[:, None] + self._tilts[:count][outside]
         found = {}
         for k, own in enumerate(self._bsdfs):
             shown = shade == k
             at, size, axis = centers[shown], sizes[shown], axes[shown]
             if k == len(self._bsdfs) // 2:
-                at = np.concatenate([at, points[outside] + self._bed_offsets[:count][outside]])
-                size = np.concatenate([size, self._bed_sizes[:count][outside]])
+                at = np.concatenate([at, points[outside] + aside])
+                size = np.concatenate([size, beds])
                 axis = np.concatenate([axis, facing])
             if len(at):
                 found[f"{self.name}_{k}"] = _ellipsoids(at, size, axis, bsdf or own)
         return found
 
 
-def surface_normals(points: Array, spacing: float) -> Array:
-    """Return where the surface of a heap faces near each particle, unit vectors of shape (n, 3), none downward.
+def heap_surface(points: Array, spacing: float) -> tuple[Array, Array]:
+    """Return where the surface of a heap faces near each particle, and how dense the particles are around it.
 
     Args:
         points: Positions of the particles [m], shape (n, 3).
         spacing: Particle distance [m].
+
+    Returns:
+        Unit vectors of shape (n, 3), none downward, and smoothed densities (n,): 1 inside a heap.
     """
     # Single grains that fly away do not coarsen the grid; where it ends, they face upward.
     low, high = np.percentile(points, OUTSIDE, axis=0), np.percentile(points, 100 - OUTSIDE, axis=0)
@@ -120,7 +133,8 @@ def surface_normals(points: Array, spacing: float) -> Array:
     slope[:, 2] = np.maximum(slope[:, 2], 0.0)  # a heap ends on the ground, which hides its lower side
     length = np.linalg.norm(slope, axis=1, keepdims=True)
     known = (length > 1e-6) & ~lone[:, None]
-    return np.where(known, slope / np.maximum(length, 1e-6), (0.0, 0.0, 1.0))
+    facing = np.where(known, slope / np.maximum(length, 1e-6), (0.0, 0.0, 1.0))
+    return facing, np.where(lone, 0.0, dense[tuple(cells.T)])
 
 
 def _ellipsoids(centers: Array, sizes: Array, axes: Array, bsdf: Any) -> Any:
