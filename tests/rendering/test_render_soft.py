@@ -57,7 +57,8 @@ def test_grains_lie_in_the_surface_of_their_heap_and_keep_their_place_at_rest() 
     stray, around = heap_surface(np.concatenate([sand, [[20.0, 0.0, 3.0]]]), SPACING)
     assert stray[-1].tolist() == [0.0, 0.0, 1.0], "what flies alone has no surface"
     assert around[-1] == 0.0
-    assert dense[flank].min() > HEAPED > LOOSE > around[-1], "grains of the heap are flat, and the stray one is round"
+    assert np.median(dense[flank]) > HEAPED, "grains of the heap are flat"
+    assert dense[flank].min() > LOOSE > around[-1], "and the stray one is round"
     turned = np.degrees(np.arccos(np.clip((facing * stray[:-1]).sum(axis=1), -1, 1)))
     assert np.quantile(turned[flank], 0.9) < 20, "one stray grain does not change the light on the heap"
 
@@ -142,7 +143,8 @@ def test_a_torn_body_is_open_and_shows_its_inside() -> None:
     assert not whole[np.abs(middle) < 0.1].any() and whole[np.abs(middle) > 0.3].all()
     thin = SoftSurface("soft0", bar, at_rest, {"faces": np.array(box.faces)}, particles=parted)
     assert thin.whole(at_rest, parted).all(), "skin that was far from its particles at the start has not torn"
-    assert not LiquidSurface("soft0", part("liquid", opacity=0.9, finish="smooth")).is_clear, "as paint"
+    assert not LiquidSurface("soft0", part("liquid", finish="smooth")).is_clear, "as paint"
+    assert LiquidSurface("soft0", part("liquid", opacity=0.7, finish="smooth")).is_clear, "water by its opacity"
 
 
 def test_a_cut_body_is_open_where_its_faces_touch() -> None:

@@ -261,7 +261,7 @@ class LiquidSurface:
     def __init__(self, name: str, part: SoftPart):
         look = part.look
         self.name, self._spacing = name, float(part.row["spacing"])
-        self.is_clear = is_clear(part.kind, look)
+        self.is_clear = look.opacity < 1 or is_clear(part.kind, look)
         self._color, self._shade = shaded(look.color, "smooth")
         if self.is_clear:
             first, end = part.row["points"]

@@ -157,7 +157,7 @@ class Look(Model):
     okabe_ito}`). Lists and palettes are assigned in turn to copies, and to parts and links with `repeat`."""
     finish: Finish = "rough"
     """Surface of the body; the preview shows its gloss. A liquid is by default as clear as
-    water, with the colour where it is deep; `smooth` makes it opaque, like milk or paint."""
+    water, with the colour where it is deep; `smooth` with an opacity of 1 makes it milk or paint."""
     pattern: Pattern | None = None
     """Boards, tiles or print over the colour, such as `{kind: stripes, size: 0.03, color: white}`: planks, bricks,
     tiles, checker, gingham, stripes, dots, rings; on boxes also carton, crate, book, pips."""
