@@ -70,7 +70,7 @@ def _carry(
     velocity: qd.types.ndarray(),
 ):
     for k in range(first, last):
-        if times[k] > now:
+        if times[k] >= now:  # the first may come out at once
             flown = now - times[k]
             for j in qd.static(range(3)):
                 particles[f, start + k, 0].pos[j] = mouth[k, j] + flown * velocity[j]
