@@ -183,6 +183,24 @@ def test_the_critic_reads_who_did_work_and_nothing_that_is_within_bounds(tmp_pat
     assert "off_path: [{copy: sled, value: 0.3" in told
 
 
+def test_of_a_repeat_the_ends_are_told_and_what_has_a_problem(tmp_path: Path) -> None:
+    def measure(k: int) -> dict[str, Any]:
+        return {"unit": "m", "problem": None, "min": k, "min_at": 0.0, "max": k + 10, "max_at": 1.0}
+
+    evidence: dict[str, Any] = {
+        "expect": {f"low_{k}": {"ok": True, "wanted": f"below {k} m", "why": f"was {k - 1} m"} for k in range(5)},
+        "measures": {f"z_{k}": measure(k) for k in range(6)},
+        "events": {},
+    }
+    evidence["measures"]["z_3"] = {"unit": "m", "problem": "no such body", "min": None, "max": None}
+    evidence["measures"]["z_4"] |= dict.fromkeys(("min", "min_at", "max", "max_at"))  # it never has a value
+    told = evidence_text(tmp_path, evidence, {"state": "finished"}, ())
+    assert "true `low_0` to `low_4`: wanted below 0 m; …; below 4 m; found: was -1 m; …; was 3 m" in told
+    assert "between `z_0` and `z_5` 2 more: min 1 to 2, max 11 to 12" in told
+    assert "`z_3`: no such body" in told
+    assert "`z_2`" not in told
+
+
 def test_a_critique_of_the_film_alone_needs_no_planner() -> None:
     def critique(failed: str, *patched: str, **more: Any) -> dict[str, Any]:
         patches = [

@@ -8,7 +8,9 @@ from filmed import BOX, BOX_FACES
 
 from text2sim.rendering.particle_surface import liquid_surface
 from text2sim.rendering.renderer import mitsuba
+from text2sim.rendering.scene import FilmMoment
 from text2sim.rendering.shapes import mesh_shape
+from text2sim.rendering.trace import Quality, trace
 from text2sim.rendering.water import INDEX, absorption, clear_liquid, through_liquids, way
 from text2sim.templates.shading import smooth_normals
 
@@ -44,22 +46,41 @@ def pool(depth: float) -> tuple[Any, Any]:
     return solid, mi.load_dict({"type": "scene", "floor": floor, "water": water}, optimize=False)
 
 
+def room() -> Any:
+    return mitsuba().load_dict({"type": "constant", "radiance": {"type": "rgb", "value": 2.0}})
+
+
+def sensor(size: int) -> Any:
+    """A camera that looks down with a square picture of some pixels."""
+    mi = mitsuba()
+    return mi.load_dict({
+        "type": "perspective", "fov": 0.5, "to_world": mi.ScalarTransform4f().look_at([0, 0, 6], [0, 0, 0], [0, 1, 0]),
+        "film": {"type": "hdrfilm", "width": size, "height": size, "rfilter": {"type": "box"}, "pixel_format": "rgba"},
+    })  # fmt: skip
+
+
 @pytest.mark.usefixtures("tracer")
 @pytest.mark.parametrize("depth", [0.1, 0.8])
 def test_water_over_a_floor_absorbs_by_its_depth(depth: float) -> None:
     mi = mitsuba()
     solid, surfaces = pool(depth)
     path = mi.load_dict({"type": "path", "max_depth": 4})
-    room = mi.load_dict({"type": "constant", "radiance": {"type": "rgb", "value": 2.0}})
-    sensor = mi.load_dict({
-        "type": "perspective", "fov": 0.5, "to_world": mi.ScalarTransform4f().look_at([0, 0, 6], [0, 0, 0], [0, 1, 0]),
-        "film": {"type": "hdrfilm", "width": 2, "height": 2, "rfilter": {"type": "box"}, "pixel_format": "rgba"},
-    })  # fmt: skip
-    seen = through_liquids(surfaces, path, path, room)
-    wet = np.array(mi.render(solid, sensor=sensor, integrator=seen, spp=4))
+    seen = through_liquids(surfaces, path, path, room())
+    wet = np.array(mi.render(solid, sensor=sensor(2), integrator=seen, spp=4))
     expected = (1 - HEAD_ON) * COLOR**depth * 0.5 + HEAD_ON * 2.0  # Beer and Lambert, Fresnel
     assert wet[..., :3].mean(axis=(0, 1)) == pytest.approx(expected, rel=1e-3)
     assert wet[..., -1] == pytest.approx(1.0), "nothing of the background is seen"
+
+
+@pytest.mark.usefixtures("tracer")
+def test_a_blurred_frame_in_which_a_stream_begins_is_the_mean_of_its_moments() -> None:
+    solid, surfaces = pool(0.5)
+    dry, wet = FilmMoment(solid), FilmMoment(solid, liquids=surfaces, room=room())
+    depths = [
+        trace([(moment, sensor(16)) for moment in moments], Quality(4, 3, 2), 1.0).depth.mean()
+        for moments in ([dry], [wet], [dry, wet], [wet, dry])
+    ]
+    assert depths[2:] == pytest.approx([np.mean(depths[:2])] * 2, rel=1e-4)
 
 
 @pytest.mark.usefixtures("tracer")

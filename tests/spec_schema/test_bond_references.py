@@ -20,6 +20,14 @@ actions:
   measures: {parts: {kind: pieces, of: "%s"}}
   events: {cracks: {kind: broken, bond: %s}}
 """
+RODS = """\
+text2sim: 2
+name: rods
+scene: {duration: 2, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  rod: {kind: rigid, shape: {kind: box, size: [1, 0.02, 0.02]}, repeat: {kind: line, count: 2, step: [1, 0, 0]}}
+actions: {controls: {glue: {kind: bond, of: "rod[*]", strength: 1.0e5}%s}}
+"""
 
 
 def case(of: str = '"brick[*]"', step: float = 0.2, measured: str = "brick[*]", bond: str = "glue", scene: str = ""):
@@ -61,3 +69,17 @@ def test_what_is_refused(given, said):
     found = check_references(case(**given))
     assert any(said in problem.message for problem in found), [problem.message for problem in found]
     assert all(problem.line and problem.column for problem in found)
+
+
+def test_a_slender_rod_is_bonded_at_its_ends():
+    (end,) = (row for row in resolve_case(rods()).plan.bonds)
+    assert end.area == pytest.approx(0.0004)
+
+
+def test_what_is_bonded_cannot_be_attached_too():
+    with pytest.raises(SpecError, match=r"`rod\[0\]` and `rod\[1\]` are bonded already"):
+        resolve_case(rods(', hold: {kind: attach, body: "rod[0]", to: "rod[1]", at: 1}'))
+
+
+def rods(control: str = ""):
+    return load_text(RODS % control)

@@ -156,8 +156,8 @@ def _expectations(expect: Mapping[str, Data], given: set[str]) -> list[str]:
     for names in _repeated(expect):
         found = [expect[name] for name in names]
         if _is_long(names) and len({row.get("ok") for row in found}) == 1:
-            told = f"{found[0].get('why')}; …; {found[-1].get('why')}"
-            rows.append(_expectation(f"`{names[0]}` to `{names[-1]}`", found[0] | {"why": told}, names[0] in given))
+            told = {key: f"{found[0].get(key)}; …; {found[-1].get(key)}" for key in ("wanted", "why")}
+            rows.append(_expectation(f"`{names[0]}` to `{names[-1]}`", found[0] | told, names[0] in given))
         else:
             rows += [_expectation(f"`{name}`", row, name in given) for name, row in zip(names, found, strict=True)]
     return rows
@@ -172,6 +172,7 @@ def _measures(folder: Path, measures: Mapping[str, Data]) -> list[str]:
     times, series = read_measures(folder)
     rows = []
     shown = {name for names in _repeated(measures) for name in (names[:: len(names) - 1] if _is_long(names) else names)}
+    shown |= {name for name, row in measures.items() if row.get("problem") or row.get("min") is None}
     for name, row in measures.items():
         if name not in shown:
             continue
@@ -188,9 +189,9 @@ def _measures(folder: Path, measures: Mapping[str, Data]) -> list[str]:
             )
         rows.append(text)
     for first, *between, last in filter(_is_long, _repeated(measures)):
-        inner = [measures[name] for name in between if not measures[name].get("problem")]
+        inner = [measures[name] for name in between if name not in shown]
         ends = (f"{_short_number(least)} to {_short_number(most)}" for least, most in _spans(inner, ("min", "max")))
-        rows.append(f"- between `{first}` and `{last}` {len(between)} more: min {', max '.join(ends) or '-'}")
+        rows += [f"- between `{first}` and `{last}` {len(inner)} more: min {', max '.join(ends)}"] if inner else []
     return rows
 
 

@@ -11,7 +11,7 @@ from shapely import Polygon
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import FaceBond
-from text2sim.compiler.shapes.geometry import pieces
+from text2sim.compiler.shapes.geometry import pieces, volume
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import quat_multiply, quat_to_rows
 from text2sim.spec_schema.models.bodies import Rigid
@@ -23,7 +23,7 @@ Array = np.ndarray
 MAX_ANGLE_COSINE = 0.9998
 """Faces whose normals are opposite within 1 deg can be bonded."""
 MIN_SHARED = 1e-3
-"""Least shared area, over the square of the size of the smaller body: less is an edge that they have in common."""
+"""Least shared area, over that of a side of a cube of the smaller volume: less is an edge that they have in common."""
 CYLINDER_SIDES = 32
 """Corners of the polygon that stands for the end of a cylinder."""
 WIDE = 1e3
@@ -52,6 +52,8 @@ def face_bonds(control: Bond, copies: Sequence[Copy], folder: Path, line: int, n
         name: Name of the control.
     """
     faces = [list(_faces_of(copy, folder)) for copy in copies]
+    # By volume, so that a slender rod is bonded at its ends, too.
+    least = [MIN_SHARED * _volume(copy, folder) ** (2 / 3) for copy in copies]
     found = []
     for i, j in _near(faces, control.gap):
         if not (_moves(copies[i]) or _moves(copies[j])):
@@ -59,8 +61,7 @@ def face_bonds(control: Bond, copies: Sequence[Copy], folder: Path, line: int, n
         shared = [
             part for one, other in product(faces[i], faces[j]) if (part := _shared(one, other, control.gap)) is not None
         ]
-        sizes = [np.ptp(np.concatenate([face.corners for face in faces[k]]), axis=0).max() for k in (i, j)]
-        if sum(part[0] for part in shared) <= MIN_SHARED * min(sizes) ** 2:
+        if sum(part[0] for part in shared) <= min(least[i], least[j]):
             continue
         areas, centers, normals = (np.array(column) for column in zip(*shared, strict=True))
         area, normal = areas.sum(), areas @ normals
@@ -73,6 +74,10 @@ def face_bonds(control: Bond, copies: Sequence[Copy], folder: Path, line: int, n
 
 def _moves(copy: Copy) -> bool:
     return isinstance(copy.model, Rigid) and copy.model.mount.kind != "fixed"
+
+
+def _volume(copy: Copy, folder: Path) -> float:
+    return np.inf if isinstance(copy.shape, Plane) else volume(copy.shape, folder)
 
 
 def _vec(values: Array) -> tuple[float, float, float]:

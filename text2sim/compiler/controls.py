@@ -150,6 +150,12 @@ def lower_controls(
             rows.problems.append(loaded.problem(where, str(error), rule="out-of-reach"))
     rows.drives += joint_drives(rows.targets, rows.later, initial)
     rows.welds.sort(key=lambda weld: (weld.at, weld.on))
+    bonded = {frozenset((bond.a, bond.b)) for bond in rows.bonds}
+    for weld in rows.welds:
+        if weld.on and frozenset((weld.a, weld.b)) in bonded:  # the engine has one weld for two links
+            text = f"`{weld.a}` and `{weld.b}` are bonded already; only what no `bond` joins can be attached"
+            rows.problems.append(loaded.problem(("actions", "controls", weld.control), text, rule="no-bond"))
+            break
     return rows
 
 

@@ -109,9 +109,11 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
             guiding_by = through_liquids(moment.liquids, guide)
         with _timed(seconds, "trace"):
             rendered = mi.render(moment.solid, sensor=sensor, integrator=seen, spp=samples, seed=seed)
-            there = pictures.add(rendered)[..., -1 if moment.liquids else 3]
+            # Coverage is last; only pictures with liquids have another channel before it.
+            there = pictures.add(np.array(rendered)[..., [0, 1, 2, -1]])[..., 3]
         with _timed(seconds, "guides"):
-            guides.add(mi.render(moment.solid, sensor=sensor, integrator=guiding_by, spp=guiding, seed=seed))
+            guided = mi.render(moment.solid, sensor=sensor, integrator=guiding_by, spp=guiding, seed=seed)
+            guides.add(np.array(guided)[..., -7:])
             if guiding > samples and there.min() < 1:  # edges before an empty background are noisy with few samples
                 more = mi.render(moment.solid, sensor=sensor, integrator=coverage, spp=guiding, seed=seed)
                 there = _edges(there, np.array(more)[..., 3])
@@ -124,7 +126,7 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
                     depth = guides.last[..., -1] / np.maximum(there, 1e-3)
                     filters.add(passed(moment.filters, sensor, depth))
     with _timed(seconds, "denoise"):
-        picture, seen = pictures.value, guides.value[..., -7:]
+        picture, seen = pictures.value, guides.value
         radiance, alpha = _limited(undimmed(picture[..., :3], picture[..., -1]), gain), np.clip(alphas.value, 0, 1)
         fast = quality.samples <= SAMPLES_OF_DRAFTS
         radiance = _denoised(radiance, np.clip(seen[..., :3], 0, 1), seen[..., 3:6], fast=fast)

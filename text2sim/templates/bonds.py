@@ -17,10 +17,10 @@ class Bonds:
         bodies: Entities by name.
         rows: Control, two bodies, centre [m] and normal (from the first to the second) of their face in the world, its
             area [m2], tensile and shear strength [Pa] of each bond.
-        gone: Links of removed bodies.
+        gone: Set of the links of removed bodies.
     """
 
-    def __init__(self, scene, bodies, rows, gone=()):
+    def __init__(self, scene, bodies, rows, gone=frozenset()):
         self.solver, self.rows, self.gone = scene.rigid_solver, rows, gone
         self.index = {}  # pair of links -> row
         links = [tuple(_main_link(bodies[name]) for name in row[1:3]) for row in rows]
@@ -51,7 +51,7 @@ class Bonds:
     def __call__(self, t):
         """Take note that the step from t [s] begins."""
         self.begin, self.count = t, 0
-        for pair in [pair for pair in self.index if self.gone and {*pair} & set(self.gone)]:
+        for pair in [pair for pair in self.index if self.gone.intersection(pair)]:
             self._part(pair)
 
     def check(self, t):

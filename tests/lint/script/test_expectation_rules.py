@@ -14,6 +14,11 @@ bodies:
     shape: {kind: box, size: [0.1, 0.1, 0.1]}
     place: {on: floor, at: [2, 0]}
     repeat: {kind: line, count: 3, step: [0, 0.3, 0]}
+  brick:
+    kind: rigid
+    shape: {kind: box, size: [0.1, 0.1, 0.1]}
+    place: {on: floor, at: [2, -3]}
+    repeat: {kind: line, count: 4, step: [0.1, 0, 0]}
   shelf: {kind: rigid, shape: {kind: box, size: [0.5, 0.5, 0.1]}, mount: {kind: fixed}, pose: {pos: [-2, 0, 1]}}
   gate:
     kind: rigid
@@ -26,6 +31,7 @@ actions:
     turn: {kind: drive, joint: gate, position: {kind: ramp, to: 0.4, end: 1}}
     hold: {kind: attach, body: "dice[0]", to: "dice[1]"}
     let_go: {kind: release, attach: hold, at: 0.5}
+    glue: {kind: bond, of: "brick[0:2]", strength: 1.0e+5}
 """
 
 
@@ -54,6 +60,8 @@ def expecting(measure: str, expect: str) -> str:
         ("kind: distance, between: [ball, wall]", "at: end, below: 0"),
         ("kind: joint_position, of: gate", "during: all, stat: period, swing: 0.1, below: 0"),
         ("kind: contact_count, of: ball, by: wall", "during: all, stat: max, above: 1"),
+        ("kind: pieces, of: brick", "at: end, below: 3"),  # two of four are bonded
+        ("kind: pieces, of: brick", "at: end, above: 4"),
         ("kind: position, of: gate, axis: x", "at: end, above: 0.5"),  # it hangs at x = -1.2
         # By the value at the start.
         ("kind: speed, of: ball", "at: start, above: 2.5"),
@@ -122,6 +130,7 @@ def test_what_cannot_fail(assets: Path, measure: str, expect: str) -> None:
         ("kind: energy, of: ball", "at: end, below: 1"),
         ("kind: tilt, of: dice, stat: max", "at: end, above: 45"),
         ("kind: joint_position, of: gate", "during: all, stat: reversals, swing: 0.1, above: 5"),
+        ("kind: pieces, of: brick", "at: end, equals: 3, tolerance: 0.1"),
         ("kind: joint_position, of: gate", "during: all, stat: decrement, swing: 0.1, below: 0.1"),
     ],
 )

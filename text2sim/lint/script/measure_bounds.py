@@ -19,6 +19,7 @@ from text2sim.lint.script.start_values import COLUMN, ROUNDING, start_of
 from text2sim.lint.script.targets import StartTarget, Targets
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.models.base import listed
+from text2sim.spec_schema.models.placed import Deformable
 from text2sim.spec_schema.names.measure_references import CONTACT_KINDS, PAIRS
 from text2sim.spec_schema.names.selectors import quoted
 
@@ -164,9 +165,10 @@ def _of_one(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
     if kind in ("count_in", "threaded"):
         return 0.0, float(len(targets)), _number_in_words(measure, targets)
     if kind == "pieces":
-        if facts.bonded.issuperset(target.copy.name for target in targets):
-            return 1.0, float(len(targets)), f"there are {len(targets)} bonded bodies"
-        return float(len(targets)), inf, f"there are {len(targets)} bodies"
+        bonded = [target for target in targets if target.copy.name in facts.bonded]
+        tearing = any(isinstance(target.copy.model, Deformable) for target in targets)
+        why = f"there are {len(targets)} bodies" + (f", {len(bonded)} of them bonded" if bonded else "")
+        return float(len(targets) - max(len(bonded) - 1, 0)), inf if tearing else float(len(targets)), why
     if kind == "contact_count" and measure.by is not None:
         pairs = len(targets) * len(facts.once(Targets).select(measure.by))
         return 0.0, float(pairs), f"there are {pairs} pairs"
