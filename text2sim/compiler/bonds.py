@@ -28,6 +28,8 @@ CYLINDER_SIDES = 32
 """Corners of the polygon that stands for the end of a cylinder."""
 WIDE = 1e3
 """Half of the side of the square that stands for a plane [m]."""
+ROUNDING = 1e-6
+"""Distance [m] within which positions agree, for a `gap` of 0."""
 DIGITS = 4
 """Decimals to which the normals of coplanar triangles agree."""
 
@@ -55,11 +57,12 @@ def face_bonds(control: Bond, copies: Sequence[Copy], folder: Path, line: int, n
     # By volume, so that a slender rod is bonded at its ends, too.
     least = [MIN_SHARED * _volume(copy, folder) ** (2 / 3) for copy in copies]
     found = []
-    for i, j in _near(faces, control.gap):
+    gap = control.gap + ROUNDING
+    for i, j in _near(faces, gap):
         if not (_moves(copies[i]) or _moves(copies[j])):
             continue
         shared = [
-            part for one, other in product(faces[i], faces[j]) if (part := _shared(one, other, control.gap)) is not None
+            part for one, other in product(faces[i], faces[j]) if (part := _shared(one, other, gap)) is not None
         ]
         if sum(part[0] for part in shared) <= min(least[i], least[j]):
             continue
@@ -166,7 +169,7 @@ def _shared(one: Face, other: Face, gap: float) -> tuple[float, Array, Array] | 
         return None
     origin = one.corners.mean(axis=0)
     away = (other.corners - origin) @ one.normal
-    if abs(away.mean()) > gap + 1e-6:
+    if abs(away.mean()) > gap:
         return None
     u, v = _axes(one.normal)
     flat = [
