@@ -41,6 +41,8 @@ class Face(NamedTuple):
     """Outward unit normal, shape (3,)."""
     corners: Array
     """Corners [m], shape (k, 3), in order."""
+    middle: Array
+    """Their mean [m], shape (3,)."""
 
 
 def face_bonds(control: Bond, copies: Sequence[Copy], folder: Path, line: int, name: str) -> list[FaceBond]:
@@ -61,9 +63,8 @@ def face_bonds(control: Bond, copies: Sequence[Copy], folder: Path, line: int, n
     for i, j in _near(faces, gap):
         if not (_moves(copies[i]) or _moves(copies[j])):
             continue
-        shared = [
-            part for one, other in product(faces[i], faces[j]) if (part := _shared(one, other, gap)) is not None
-        ]
+        opposite = _opposite(faces[i], faces[j], gap)
+        shared = [part for one, other in opposite if (part := _shared(one, other)) is not None]
         if sum(part[0] for part in shared) <= min(least[i], least[j]):
             continue
         areas, centers, normals = (np.array(column) for column in zip(*shared, strict=True))
@@ -102,13 +103,14 @@ def _faces_of(copy: Copy, folder: Path) -> Iterator[Face]:
     if isinstance(copy.shape, Plane):
         turn = np.array(quat_to_rows(copy.quat)).T
         square = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]) * WIDE
-        yield Face(turn[2], square @ turn[:2] + np.array(copy.pos))
+        yield Face(turn[2], square @ turn[:2] + np.array(copy.pos), np.array(copy.pos))
         return
     for piece in pieces(copy.shape, folder):
         turn = np.array(quat_to_rows(quat_multiply(copy.quat, piece.quat)))
         shift = np.array(quat_to_rows(copy.quat)) @ np.array(piece.pos) + np.array(copy.pos)
         for normal, corners in _own_faces(piece):
-            yield Face(turn @ normal, corners @ turn.T + shift)
+            placed = corners @ turn.T + shift
+            yield Face(turn @ normal, placed, placed.mean(axis=0))
 
 
 def _own_faces(piece: Piece) -> Iterator[tuple[Array, Array]]:
@@ -163,14 +165,19 @@ def _axes(normal: Array) -> tuple[Array, Array]:
     return u, np.cross(normal, u)
 
 
-def _shared(one: Face, other: Face, gap: float) -> tuple[float, Array, Array] | None:
-    """Return area [m2], centre [m] and normal of what two faces share; None if they do not touch."""
-    if one.normal @ other.normal > -MAX_ANGLE_COSINE:
-        return None
-    origin = one.corners.mean(axis=0)
-    away = (other.corners - origin) @ one.normal
-    if abs(away.mean()) > gap:
-        return None
+def _opposite(ones: Sequence[Face], others: Sequence[Face], gap: float) -> Iterator[tuple[Face, Face]]:
+    """Yield the pairs of faces of two bodies that look at each other from planes no farther apart than a gap [m]."""
+    normals, middles = np.array([face.normal for face in ones]), np.array([face.middle for face in ones])
+    back, there = np.array([face.normal for face in others]), np.array([face.middle for face in others])
+    away = normals @ there.T - (normals * middles).sum(axis=1)[:, None]
+    for k, m in np.argwhere((normals @ back.T < -MAX_ANGLE_COSINE) & (np.abs(away) <= gap)).tolist():
+        yield ones[k], others[m]
+
+
+def _shared(one: Face, other: Face) -> tuple[float, Array, Array] | None:
+    """Return area [m2], centre [m] and normal of what two opposite faces share; None if they do not touch."""
+    origin = one.middle
+    away = (other.middle - origin) @ one.normal
     u, v = _axes(one.normal)
     flat = [
         Polygon(np.stack([(face.corners - origin) @ u, (face.corners - origin) @ v], axis=1)) for face in (one, other)
@@ -181,4 +188,4 @@ def _shared(one: Face, other: Face, gap: float) -> tuple[float, Array, Array] | 
     if not both.area:
         return None
     x, y = both.centroid.coords[0]
-    return both.area, origin + x * u + y * v + away.mean() / 2 * one.normal, one.normal
+    return both.area, origin + x * u + y * v + away / 2 * one.normal, one.normal
