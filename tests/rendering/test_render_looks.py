@@ -9,11 +9,11 @@ import trimesh
 
 from text2sim.compiler.build import plan_case
 from text2sim.compiler.emit import emit
-from text2sim.recording.film_record import _look_by_color
+from text2sim.recording.film_record import Cut, SurfaceLook, WornMesh, _look_by_color
 from text2sim.rendering.backdrop import backdrop_mesh, clearness, haze_distance
 from text2sim.rendering.finishes import FINISHES, _pattern, drawn_finish
-from text2sim.rendering.meshes import RenderMesh
-from text2sim.rendering.rigid import narrow_sides
+from text2sim.rendering.meshes import RenderMesh, boxed_uvs
+from text2sim.rendering.rigid import _grained, _rim, narrow_sides
 from text2sim.rendering.scene import texture_scale
 from text2sim.spec_schema.load import load_case
 
@@ -135,11 +135,12 @@ def test_textures_are_finer_in_small_scenes_and_never_show_their_texels() -> Non
         assert step < 0.6 * values.std(), name  # white noise: 1.13
 
 
-def test_panes_of_clear_glass_have_sides_that_show_and_other_glass_has_none() -> None:
-    def box(*size: float) -> RenderMesh:
-        made = trimesh.creation.box(size)
-        return RenderMesh(np.array(made.vertices), np.array(made.faces), np.array(made.vertex_normals))
+def box(*size: float) -> RenderMesh:
+    made = trimesh.creation.box(size)
+    return RenderMesh(np.array(made.vertices), np.array(made.faces), np.array(made.vertex_normals))
 
+
+def test_panes_of_clear_glass_have_sides_that_show_and_other_glass_has_none() -> None:
     pane = narrow_sides(box(0.6, 0.02, 0.4))
     assert pane is not None
     corners = pane.vertices[pane.faces]
@@ -149,3 +150,24 @@ def test_panes_of_clear_glass_have_sides_that_show_and_other_glass_has_none() ->
     ball = trimesh.creation.icosphere(3)
     flat = np.array(ball.vertices) * (1, 1, 0.1)
     assert narrow_sides(RenderMesh(flat, np.array(ball.faces), flat)) is None, "a lens"
+
+
+def test_fragments_have_the_texture_and_the_edges_of_the_whole() -> None:
+    whole, half = boxed_uvs(box(0.6, 0.02, 0.4)), box(0.3, 0.02, 0.4)
+    cut = Cut((-0.15, 0.0, 0.0), (-0.3, -0.01, -0.2), (0.3, 0.01, 0.2))
+    look = SurfaceLook((1.0, 1.0, 1.0), 1.0, "wood", True, None, None)
+    part = WornMesh("pane[0]", 0, Path("half"), (0.0, 0.0, 0.0), (np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)), look)
+    turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    mesh = RenderMesh(half.vertices @ turn, half.faces, half.normals @ turn)
+    grained = _grained(mesh, part, cut)
+    placed = grained.vertices @ turn.T + cut.place
+    assert whole.uvs is not None
+    assert grained.uvs is not None
+    for place, uv in zip(whole.vertices, whole.uvs, strict=True):
+        same = np.abs(placed - place).max(axis=1) < 1e-9
+        assert place[0] > 0 or np.abs(grained.uvs[same] - uv).max(axis=1).min() < 1e-9
+    edge = _rim(mesh, part, cut)
+    assert edge is not None
+    middles = (edge.vertices @ turn.T + cut.place)[edge.faces].mean(axis=1)
+    assert len(middles) == 6
+    assert middles[:, 0].max() < -0.05, "where it was cut is no edge of the pane"

@@ -218,9 +218,9 @@ def _rim(mesh: RenderMesh, part: WornMesh, cut: Cut | None) -> RenderMesh | None
     across = np.arange(3) != size.argmin()
     if size.min() > PANE * np.median(size):
         return None
-    away = np.minimum(*(np.abs(_in_whole(mesh.vertices, part, cut) - side) for side in (cut.low, cut.high)))
-    near = away[mesh.faces] < EDGE * size
-    at_edge = np.any(np.all(near[:, :, across], axis=1), axis=1)
+    placed = _in_whole(mesh.vertices, part, cut)
+    near = np.stack([np.abs(placed - side) < EDGE * size for side in (cut.low, cut.high)])[:, mesh.faces]
+    at_edge = near[..., across].all(axis=2).any(axis=2).any(axis=0)  # all corners at the same side of the pane
     return replace(mesh, faces=mesh.faces[at_edge], uvs=None) if at_edge.any() else None
 
 
