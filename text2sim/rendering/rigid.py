@@ -220,7 +220,7 @@ def _rim(mesh: RenderMesh, part: WornMesh, cut: Cut | None) -> RenderMesh | None
         return None
     placed = _in_whole(mesh.vertices, part, cut)
     near = np.stack([np.abs(placed - side) < EDGE * size for side in (cut.low, cut.high)])[:, mesh.faces]
-    at_edge = near[..., across].all(axis=2).any(axis=2).any(axis=0)  # all corners at the same side of the pane
+    at_edge = np.any(np.all(near[..., across], axis=2), axis=(0, 2))  # all corners at the same side of the pane
     return replace(mesh, faces=mesh.faces[at_edge], uvs=None) if at_edge.any() else None
 
 
