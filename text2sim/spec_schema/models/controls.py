@@ -164,7 +164,7 @@ class Attach(Acting):
     """An attachment of two bodies from a time on; they keep their relative pose of that time.
 
     Between rigid bodies it is a weld, and the two links do not collide while it lasts; other links of the two bodies
-    do. A deformable body is attached by points: pins, hooks, clamps. Cloth (pbd) pulls its holder, unless that is
+    do. Soft bodies and cloth are attached by points: pins, hooks, clamps. Cloth (pbd) pulls its holder, unless that is
     driven or has a motor: a parachute, a sling, a sail. A soft body does not: its holder moves its points without a
     reaction force.
     """
