@@ -56,9 +56,8 @@ def face_bonds(control: Bond, copies: Sequence[Copy], folder: Path, line: int, n
     for i, j in _near(faces, control.gap):
         if not (_moves(copies[i]) or _moves(copies[j])):
             continue
-        shared = [
-            part for one, other in _opposite(faces[i], faces[j], control.gap) if (part := _shared(one, other)) is not None
-        ]
+        opposite = _opposite(faces[i], faces[j], control.gap)
+        shared = [part for one, other in opposite if (part := _shared(one, other)) is not None]
         sizes = [np.ptp(np.concatenate([face.corners for face in faces[k]]), axis=0).max() for k in (i, j)]
         if sum(part[0] for part in shared) <= MIN_SHARED * min(sizes) ** 2:
             continue

@@ -2,8 +2,8 @@
 
 A bond is a weld with its anchor in the middle of that face. The force and the moment that the weld carries there give
 the stresses at the edge of a round face of the same area, as in the parallel bonds of Potyondy and Cundall (2004), "A
-bonded-particle model for rock". As there, bonds are as stiff as their faces are large: where a body is bonded to several,
-equal welds would load small faces as much as large ones.
+bonded-particle model for rock". As there, bonds are as stiff as their faces are large: where a body has several, equal
+welds would load small faces as much as large ones.
 """
 
 import genesis as gs
@@ -11,8 +11,9 @@ import numpy as np
 from genesis.utils.misc import qd_to_torch
 
 SLACK = 0.01
-"""One minus the impedance of a weld, the part of a load that it does not resist: that of a typical bond of a control."""
+"""One minus the impedance of the median bond of a control. With 0.05, loads at rest are the same and blows softer."""
 MOST_SLACK = 0.9
+"""The same of the smallest bonds, at most."""
 
 
 class Bonds:
@@ -34,8 +35,10 @@ class Bonds:
         self.area, self.radius = area, np.sqrt(area / np.pi)
         inverse = self.solver.get_links_invweight().cpu().numpy().reshape(-1, 2).astype(float)
         inverse = np.array([inverse[a.idx] + inverse[b.idx] for a, b in links])
-        # The rows of a rotation are scaled so that a moment bends the bond as it bends a round bar.
-        self.arm = self.radius * np.sqrt(inverse[:, 1] / inverse[:, 0])
+        # The rows of a rotation are scaled so that a moment bends the bond as it bends a round bar. What is on a
+        # joint may have no inverse mass or inertia.
+        free = (inverse > 1e-9).all(axis=1)
+        self.arm = np.sqrt(np.divide(inverse[:, 1], inverse[:, 0], out=self.radius**-2, where=free)) * self.radius
         self.normals = np.zeros((len(rows), 2, 3))  # in the world at the start, and in the frame of the second link
         self.first_link = np.array([a.idx for a, _ in links])
         for i, ((a, b), row) in enumerate(zip(links, rows, strict=True)):
@@ -45,7 +48,7 @@ class Bonds:
                 gs.EQUALITY_TYPE.WELD, a.idx, b.idx, a.idx, _turned_back(quat, np.array(row[3]) - pos), (self.arm[i],)
             )
             self.index[a.idx, b.idx] = i
-        self._stiffen(area * inverse[:, 0])
+        self._stiffen(np.where(free, area * inverse[:, 0], np.nan))
         self.peak, self.peak_at = np.zeros(len(rows)), np.zeros(len(rows))
         self.broken = {}  # row -> time [s], and by what
         self.begin, self.count, self.step = 0.0, 0, self.solver.substep_dt
@@ -105,11 +108,13 @@ class Bonds:
 
         Args:
             shares: Area times inverse mass [m2/kg] of each bond: a weld's stiffness is one over slack and inverse mass.
+                nan if that is unknown.
         """
-        slack, controls = np.zeros(len(shares)), np.array([row[0] for row in self.rows])
+        slack, controls = np.full(len(shares), SLACK), np.array([row[0] for row in self.rows])
         for control in set(controls):
-            own = controls == control
-            slack[own] = np.minimum(SLACK * np.median(shares[own]) / shares[own], MOST_SLACK)
+            own = (controls == control) & np.isfinite(shares)
+            if own.any():
+                slack[own] = np.minimum(SLACK * np.median(shares[own]) / shares[own], MOST_SLACK)
         welds = self.solver.get_equality_constraints(as_tensor=True, to_torch=False)
         pairs = zip(welds["obj_a"].reshape(-1).tolist(), welds["obj_b"].reshape(-1).tolist(), strict=True)
         field = self.solver.dyn_info.equalities.sol_params
