@@ -56,9 +56,8 @@ def face_bonds(control: Bond, copies: Sequence[Copy], folder: Path, line: int, n
     for i, j in _near(faces, control.gap):
         if not (_moves(copies[i]) or _moves(copies[j])):
             continue
-        shared = [
-            part for one, other in product(faces[i], faces[j]) if (part := _shared(one, other, control.gap)) is not None
-        ]
+        opposite = _opposite(faces[i], faces[j], control.gap)
+        shared = [part for one, other in opposite if (part := _shared(one, other)) is not None]
         sizes = [np.ptp(np.concatenate([face.corners for face in faces[k]]), axis=0).max() for k in (i, j)]
         if sum(part[0] for part in shared) <= MIN_SHARED * min(sizes) ** 2:
             continue
@@ -155,14 +154,23 @@ def _axes(normal: Array) -> tuple[Array, Array]:
     return u, np.cross(normal, u)
 
 
-def _shared(one: Face, other: Face, gap: float) -> tuple[float, Array, Array] | None:
-    """Return area [m2], centre [m] and normal of what two faces share; None if they do not touch."""
-    if one.normal @ other.normal > -MAX_ANGLE_COSINE:
-        return None
+def _opposite(ours: Sequence[Face], theirs: Sequence[Face], gap: float) -> Iterator[tuple[Face, Face]]:
+    """Yield the pairs of faces of two bodies that lie in one plane, but for a gap [m], and face each other."""
+    if not ours or not theirs:
+        return
+    (normals, middles), (others, their_middles) = (
+        (np.array([face.normal for face in own]), np.array([face.corners.mean(axis=0) for face in own]))
+        for own in (ours, theirs)
+    )
+    away = normals @ their_middles.T - np.einsum("ij,ij->i", normals, middles)[:, None]
+    facing = (normals @ others.T <= -MAX_ANGLE_COSINE) & (np.abs(away) <= gap + 1e-6)
+    yield from ((ours[i], theirs[j]) for i, j in np.argwhere(facing).tolist())
+
+
+def _shared(one: Face, other: Face) -> tuple[float, Array, Array] | None:
+    """Return area [m2], centre [m] and normal of what two opposite faces share; None if they do not overlap."""
     origin = one.corners.mean(axis=0)
     away = (other.corners - origin) @ one.normal
-    if abs(away.mean()) > gap + 1e-6:
-        return None
     u, v = _axes(one.normal)
     flat = [
         Polygon(np.stack([(face.corners - origin) @ u, (face.corners - origin) @ v], axis=1)) for face in (one, other)
