@@ -229,7 +229,7 @@ class Bond(Acting):
     relative pose, and do not collide, until their bond breaks. For the force and the moment that it carries, on a round
     face of the same area A and radius R, that is when the tension `F / A + 4 M / (pi R^3)` reaches `strength` or the
     shear stress `V / A + 2 T / (pi R^3)` reaches `shear_strength`. Bonds are as stiff as their faces are large.
-    Contacts last some 10 ms here, so that blows are softer than real ones: 0.05e6 to 0.5e6 Pa for what a thrown ball or
+    Contacts last some 10 ms here, so that blows are softer than real ones: 0.1e6 to 1e6 Pa for what a thrown ball or
     a fall of a metre shall break. Evidence lists under `bonds` what broke, and the largest load as a fraction of the
     strength; the measure `pieces` counts what still hangs together.
     """
