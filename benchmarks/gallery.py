@@ -40,6 +40,7 @@ MOMENTS = {
     "laid_table": 0.6,
     "newton_cradle": 1.0,
     "sand_hourglass": 0.9,
+    "shattering_vase": 1.32,
     "snow_plough": 1.4,
     "soft_press": 1.5,
     "squeeze_through": 0.55,

@@ -1,5 +1,6 @@
 """What is said to be brought about by something must not come about without it."""
 
+import json
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,6 +14,7 @@ from text2sim.agents.replies import CasePlan
 from text2sim.agents.revising import data_of
 from text2sim.harness import run
 from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.text.canonical import format_text
 
 TEXT = (Path(__file__).parent / "recorded" / "edit_colour" / "base.yaml").read_text("utf-8")
 FILE = Path("tin/case.yaml")
@@ -139,3 +141,39 @@ def test_a_case_that_cannot_be_without_it_is_said() -> None:
         compare_causes(made, placed, FILE, lambda loaded: ("finished", {}))
     )
     assert compare_causes(plan(), TEXT, FILE, lambda loaded: ("finished", {})) == []
+
+
+@pytest.mark.parametrize("cause", ["slip", "clear", "glue", "grip", "ball"])
+def test_events_of_a_control_that_is_left_out_never_happen(cause: str) -> None:
+    case = data_of(TEXT)
+    case["bodies"]["block"] = {
+        "kind": "rigid",
+        "shape": {"kind": "box", "size": [0.1, 0.1, 0.1]},
+        "pose": {"pos": [2, 0, 0.05]},
+    }
+    case["bodies"]["twin"] = case["bodies"]["block"] | {"pose": {"pos": [2.1, 0, 0.05]}}
+    case["actions"]["controls"] = case["actions"].get("controls", {}) | {
+        "grip": {"kind": "attach", "body": "tin", "to": "world"},
+        "slip": {"kind": "release", "attach": "grip", "on": "hit"},
+        "clear": {"kind": "remove", "body": "block", "at": 0.5},
+        "glue": {"kind": "bond", "of": ["block", "twin"], "strength": 1e5},
+    }
+    case["actions"]["events"] |= {
+        "slipped": {"kind": "released", "attach": "grip"},
+        "cleared": {"kind": "removed", "remove": "clear"},
+        "broke": {"kind": "broken", "bond": "glue"},
+    }
+    case["actions"]["expect"] |= {name: {"event": name} for name in ("slipped", "cleared", "broke")}
+    text = format_text(json.dumps(case))
+    load_text(text, FILE)
+    made = plan(meets={"knocked": ["pushed", "slipped", "cleared", "broke"]}, causes={"knocked": [cause]})
+    seen: list[Any] = []
+
+    def simulate(loaded: Any) -> tuple[str, dict[str, Any]]:
+        seen.append(loaded.case.actions)
+        return "finished", {"pushed": {"ok": False, "why": "0.0 m"}}
+
+    (first, *_) = compare_causes(made, text, FILE, simulate)
+    assert first.ok is True and "`pushed` does not come true" in first.told
+    of = {"slip": {"slipped"}, "clear": {"cleared"}, "glue": {"broke"}, "grip": {"slipped"}, "ball": {"slipped", "hit"}}
+    assert {"slipped", "cleared", "broke", "hit"} - set(seen[0].events) == of[cause]

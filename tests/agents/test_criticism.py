@@ -15,7 +15,7 @@ from text2sim.agents.judgement import Critique, Mark
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import CasePlan
 from text2sim.agents.requirements import Requirement, extract_requirements, requirements_of_change, weighted_score
-from text2sim.agents.run_summary import attempts_table, evidence_text, judgement_text
+from text2sim.agents.run_summary import attempts_table, evidence_text, judgement_text, to_decide_by
 
 REQUIRED = {
     "red": Requirement(what="the lid is red", importance=1),
@@ -199,6 +199,21 @@ def test_of_a_repeat_the_ends_are_told_and_what_has_a_problem(tmp_path: Path) ->
     assert "between `z_0` and `z_5` 2 more: min 1 to 2, max 11 to 12" in told
     assert "`z_3`: no such body" in told
     assert "`z_2`" not in told
+
+
+def test_values_over_time_share_their_times_and_are_for_the_critic_alone(tmp_path: Path) -> None:
+    rows = [f"{k / 10},{k * k / 100},-1e-17" for k in range(21)]
+    (tmp_path / "measures.csv").write_text("\n".join(["t,way,drift", *rows]))
+    ends = {"min": 0.0, "min_at": 0.0, "max": 4.0, "max_at": 2.0, "unit": "m"}
+    events = {"hit": {"count": 1, "first": 0.5, "last": 0.5}, "bounce": {"count": 2, "first": 0.5, "last": 0.9}}
+    evidence = {"expect": {}, "events": events | {"rest": {"count": 0}}, "measures": {"way": ends, "drift": ends}}
+    told = evidence_text(tmp_path, evidence, {"state": "finished"}, ())
+    assert "- over time: at 0, 0.3, 0.7, 1, 1.3, 1.7, 2 s" in told
+    assert "max 4 at 2 s; over time 0, 0.09, 0.49, 1, 1.69, 2.89, 4\n" in told
+    assert "over time 0, 0, 0, 0, 0, 0, 0" in told, "no digits of rounding errors"
+    assert "- `hit`: once, at 0.5 s\n- `bounce`: 2 times, first at 0.5 s, last at 0.9 s\n- `rest`: never" in told
+    assert "max 4 at 2 s" in to_decide_by(told)
+    assert "over time" not in to_decide_by(told)
 
 
 def test_a_critique_of_the_film_alone_needs_no_planner() -> None:

@@ -92,7 +92,7 @@ def test_the_best_version_is_filmed_well_although_it_was_not_accepted(
     base: str, filmed: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     styled: list[int] = []
-    monkeypatch.setattr("text2sim.agents.loop.stalled_best", lambda made, names: made[0])
+    monkeypatch.setattr("text2sim.agents.loop.stalled_best", lambda made, names: (made[0], "why"))
     loop = quiet_loop(tmp_path)
     loop.history.base = base
     monkeypatch.setattr(loop, "_try_attempt", lambda attempt: None)
@@ -130,8 +130,31 @@ def test_the_best_version_is_filmed_well_when_attempts_run_out(
 def test_attempts_that_only_film_again_are_cheap(runs: list[str], ended: int | None) -> None:
     made = [Attempt(k, "", "", state="finished", run=run) for k, run in enumerate(["a", *runs], 1)]
     made[0].critique = {"verdict": "repair", "score": 90}
-    best = stalled_best(made, ())
-    assert (best and best.number) == ended
+    stalled = stalled_best(made, ())
+    assert (stalled and stalled[0].number) == ended
+
+
+@pytest.mark.parametrize(
+    ("states", "why"),
+    [
+        (["diverged", "diverged"], ""),
+        (["finished", "unsound", "diverged"], ""),
+        (
+            ["diverged", "finished", "finished"],
+            "attempts 2 (diverged), 3 (finished), 4 (finished) brought nothing better than attempt 1",
+        ),
+        (
+            ["diverged", "timeout", "unsound"],
+            "attempts 2 (diverged), 3 (timeout), 4 (unsound), one after the other, did not finish; "
+            "attempt 1 is the best",
+        ),
+    ],
+)
+def test_attempts_that_did_not_finish_do_not_show_that_nothing_is_better(states: list[str], why: str) -> None:
+    made = [Attempt(k, "", "", state=state, run=f"{k}") for k, state in enumerate(["finished", *states], 1)]
+    made[0].critique = {"verdict": "pass", "score": 90}
+    stalled = stalled_best(made, ())
+    assert (stalled[1] if stalled else "") == why
 
 
 def test_a_first_run_gets_a_part_of_the_time_left(tmp_path: Path) -> None:

@@ -62,3 +62,22 @@ def test_fields_that_no_writer_has_a_use_for_are_left_out() -> None:
     assert "A line of text at the lower left" in language.explanations(["Overlay"])[0], (
         "whoever has to write into pictures asks"
     )
+
+
+def test_letters_say_nothing_twice_and_nothing_of_what_deforms_where_nothing_does() -> None:
+    plan = language.to_plan_with()
+    assert "- `enters`, `leaves`: A body's origin enters or leaves a region" in plan
+    assert plan.count("kind: box, min:") == 1, "the form of a region is shown once"
+    rigid, soft = (language.reference_pages("scene", {"box", *kinds}) for kinds in ((), ("soft",)))
+    assert "whose solvers do not check" not in rigid
+    assert "whose solvers do not check" in soft
+    assert "by default 1000" in rigid
+    assert "decelerates at 5/7 g" in rigid
+    assert "milk or paint" not in rigid
+    joints = "The joint of a rigid body"
+    assert joints in language.rules(brief=True, reader="bodies")
+    assert joints not in language.rules(brief=True, reader="render")
+    kinds = language.kinds_to_expect_with(deformable=False).split(", ")
+    assert "pieces" in kinds, "bonds of rigid bodies break, too"
+    assert "stretch" not in kinds
+    assert {*kinds} < {*language.kinds_to_expect_with().split(", ")}

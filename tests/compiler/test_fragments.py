@@ -201,3 +201,9 @@ class TestErrors:
         problem = caught.value.problems[0]
         assert said in problem.message
         assert problem.line == line
+
+
+def test_contacts_of_fragments_last_four_milliseconds_at_most(tmp_path):
+    found = resolved(tmp_path)
+    assert found.settings.timeconst <= 0.004
+    assert "fragments" in found.settings.why["substeps"]

@@ -1,6 +1,6 @@
 """Solvers, sizes of elements, domains and time steps that are derived for deformable bodies."""
 
-from math import sqrt
+from math import e, sqrt
 from typing import Any
 
 import pytest
@@ -84,6 +84,28 @@ def test_substeps_keep_sound_within_half_a_cell() -> None:
     assert 0.45 * cell / speed < step_s <= 0.5 * cell / speed
     step_s, cell = step("{youngs_modulus: 1.0e4}")
     assert step_s == pytest.approx(0.02 * cell), "a soft one: what the engine suggests for its grid"
+
+
+@pytest.mark.parametrize(("speed", "hardening"), [(2.0, e), (14.0, 1 + 5 * 400 * 14**2 / (4e5 * 0.03))])
+def test_substeps_know_how_hard_snow_gets_where_it_is_hit(speed: float, hardening: float) -> None:
+    """Crushed until its work E crush (h - 1) / 10 is rho v^2 / 2, it is h times as stiff; e times at least."""
+    snow = "material: {density: 400, youngs_modulus: 4.0e5, crush: 0.03, crumble: 0.014, poisson_ratio: 0.2}"
+    case = resolve(
+        f"  a: {CUBE.replace('soft', 'snow')}, {snow}}}",
+        "gravity: [0, 0, 0]",
+        f"actions: {{controls: {{go: {{kind: initial_velocity, body: a, linear: [{speed}, 0, 0]}}}}}}",
+    )
+    step_s, cell = 0.01 / case.settings.substeps, mpm(case).cell
+    sound = sqrt(4e5 * hardening * 0.8 / (1.2 * 0.6 * 400))
+    assert 0.45 * cell < sound * step_s <= 0.5 * cell
+
+
+def test_snow_that_falls_is_hit_at_the_speed_of_its_fall() -> None:
+    fall = "a: {kind: snow, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 2]}}"
+    assert (settings := resolve(f"  {fall}", FLOOR).settings.soft) is not None
+    assert settings.impact == pytest.approx(sqrt(2 * 9.81 * 2.1))
+    assert (dry := resolve(f"  {fall.replace('snow', 'granular')}", FLOOR).settings.soft) is not None
+    assert dry.impact == 0.0
 
 
 def test_substeps_keep_a_viscous_liquid_stable() -> None:

@@ -66,8 +66,8 @@ def test_kept_replies_give_the_table_with_and_without_cards(prompt):
     assert f"| `{prompt}`, once more | {' | '.join(cells)} |" in PAGE
 
 
-def test_two_films_were_drawn_and_judged_once_more():
-    for prompt in ("bread_torn", "buoyant_blocks"):
+def test_films_were_drawn_and_judged_once_more():
+    for prompt in ("bread_torn", "buoyant_blocks", "gel_between_rollers", "snowball_wall"):
         rows = [row for row in RECORDED["refilmed"] if row["prompt"] == prompt]
         cells = [f"{mean(total(row) for row in rows if row['kind'] == kind):.1f}" for kind in ("physical", "visual")]
         assert len(rows) == 6 and f"| `{prompt}`, drawn again | {' | '.join(cells)} |" in PAGE
@@ -113,6 +113,8 @@ SIX = (
     "cloth_over_sphere_spin", "rings_on_poles", "sand_column_collapse", "skirt_twirl", "sumo_bellies", "walking_toy",
 )  # fmt: skip
 
+FOUR = ("gel_between_rollers", "paper_strip_snap", "sheets_into_groove", "snowball_wall")
+
 THREE = ("dam_break_posts", "sleeve_pushed_up", "tofu_wires")
 
 FIVE = ("bread_torn", "buoyant_blocks", "hat_onto_rack", "ribbon_knot", "tablecloths_compared")
@@ -128,20 +130,21 @@ def mark(prompt, method, kind):
 def test_differences_over_parts_and_all_prompts_are_those_of_the_page():
     everything = sorted({row["prompt"] for row in ROWS} | {*IN_THREE_ARMS})
     filmed = [prompt for prompt in everything if [prompt, METHODS[1]] not in NO_FILM]
-    assert (len(everything), len(filmed)) == (34, 32)
-    eleven = [prompt for prompt in everything if prompt not in (*IN_THREE_ARMS, *SIX, *FIVE, *THREE)]
+    assert (len(everything), len(filmed)) == (38, 36)
+    eleven = [prompt for prompt in everything if prompt not in (*IN_THREE_ARMS, *SIX, *FIVE, *THREE, *FOUR)]
     for prompts, label in (
         (eleven, "first series | 11"),
         (SIX, "third series | 6"),
         (FIVE, "fourth series | 5"),
         (THREE, "fifth series | 3"),
-        (everything, "all | 34"),
-        (filmed, "all for which the agent had a film | 32"),
+        (FOUR, "sixth series | 4"),
+        (everything, "all | 38"),
+        (filmed, "all for which the agent had a film | 36"),
     ):
         found = [estimate([mark(p, METHODS[0], k) - mark(p, METHODS[1], k) for p in prompts]) for k in KINDS]
         cells = [f"{x.mean:+.1f} [{x.low:+.1f}, {x.high:+.1f}]".replace("-", "−") for x in found]
         assert f"| {label} | {' | '.join(cells)} |" in PAGE
-    for prompts, name in ((SIX, "six"), (FIVE, "five"), (THREE, "three")):
+    for prompts, name in ((SIX, "six"), (FIVE, "five"), (THREE, "three"), (FOUR, "four")):
         means = [mean(mark(p, method, k) for p in prompts) for method in METHODS for k in KINDS]
         assert f"| mean of the {name} | {' | '.join(f'{cell:.1f}' for cell in means)} |" in PAGE
     ahead = [sum(mark(p, METHODS[0], k) > mark(p, METHODS[1], k) for p in everything) for k in KINDS]

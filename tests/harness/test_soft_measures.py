@@ -187,6 +187,22 @@ def test_a_share_of_the_mass_in_a_region(new_run, measure_soft):
     np.testing.assert_allclose(values, np.arange(11) / 10)
 
 
+def test_chunks_of_snow_are_pieces(soft_run, measure_soft):
+    """A block of 4 x 4 x 4 particles loses a quarter, which flies off at 10 m/s: apart after two cells, 2 / 0.64 spacings."""
+    block = lattice(4, 0.1)
+    off = (block[:, 0] == block[:, 0].max()).astype(float)
+    points = block + np.einsum("f,p,x->fpx", 10.0 * soft_run.time, off, [1.0, 0, 0])
+    soft_run.add_soft("snow", points, kind="snow")
+    bodies = {"snow": {"kind": "snow", "shape": {"kind": "box", "size": [0.4, 0.4, 0.4]}}}
+    folder = soft_run.write()
+    apart = 0.1 + 10.0 * soft_run.time > 2 / 0.64 * 0.1 + 1e-6
+    counts, largest = (measure_soft(folder, bodies, kind=kind, of="snow") for kind in ("pieces", "largest_piece"))
+    assert (counts.problem, largest.problem) == ("", "")
+    np.testing.assert_array_equal(counts.values, 1.0 + apart)
+    np.testing.assert_allclose(largest.values, 1.0 - 0.25 * apart)
+    assert 0 < apart.sum() < len(apart)
+
+
 def test_a_list_of_bodies_that_deform(soft_run, measure_soft):
     """A cube of 0.2 m and one of 0.4 m, 1 and 3 kg, with 0.5 m between them and 0.1 m below the first."""
     small, large = lattice(3, 0.1), lattice(3, 0.2)

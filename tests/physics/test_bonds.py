@@ -35,8 +35,12 @@ bodies:
   slid: {{kind: rigid, shape: {{kind: box, size: [{SIDE}, {SIDE}, {SIDE}]}}, repeat: {{kind: line, count: 2, step: [0.3, 0, 0], start: [0, 1.95, 1]}}}}
   spun: {{kind: rigid, shape: {{kind: box, size: [{SIDE}, {SIDE}, {SIDE}]}}, repeat: {{kind: line, count: 2, step: [0.3, 0, 0], start: [0, 0, 1.95]}}}}
   bar: {{kind: rigid, shape: {{kind: box, size: [{SIDE}, {SIDE}, 0.05]}}, repeat: {{kind: line, count: 4, step: [{SIDE}, 0, 0], start: [-0.15, -2, 0.275]}}}}
+  wide: {{kind: rigid, shape: {{kind: box, size: [{SIDE}, {SIDE}, 0.05]}}, repeat: {{kind: line, count: 2, step: [0.4, 0, 0], start: [1, 0, 1.975]}}}}
+  narrow: {{kind: rigid, shape: {{kind: box, size: [{SIDE / 2}, {SIDE / 2}, 0.05]}}, pose: {{pos: [1.2, 0, 1.975]}}}}
+  plate: {{kind: rigid, shape: {{kind: box, size: [0.6, 0.12, 0.05]}}, pose: {{pos: [1.2, 0, 1.925]}}}}
 actions:
   controls:
+    pads: {{kind: bond, of: [beam, "wide[*]", narrow, plate], strength: {MUCH}}}
     hung_weak: {{kind: bond, of: ["hung[0]", beam], strength: {0.95 * HANGING}}}
     hung_strong: {{kind: bond, of: ["hung[1]", beam], strength: {OVERSHOOT * HANGING}}}
     side_weak: {{kind: bond, of: ["side[0]", wall], strength: {0.95 * SIDEWAYS}}}
@@ -46,7 +50,7 @@ actions:
     turn: {{kind: torque, body: "spun[*]", torque: [0, 0, {TORQUE}]}}
     spun_weak: {{kind: bond, of: ["spun[0]", beam], strength: {MUCH}, shear_strength: {0.95 * TWISTING}}}
     spun_strong: {{kind: bond, of: ["spun[1]", beam], strength: {MUCH}, shear_strength: {OVERSHOOT * TWISTING}}}
-    glue: {{kind: bond, of: "bar[*]", strength: 15000, shear_strength: {MUCH}}}
+    glue: {{kind: bond, of: "bar[*]", strength: 120000, shear_strength: {MUCH}}}
   measures:
     parts: {{kind: pieces, of: "bar[*]"}}
     part: {{kind: largest_piece, of: "bar[*]"}}
@@ -76,9 +80,22 @@ def test_a_bond_breaks_where_the_stress_exceeds_its_strength(trial, way):
     assert abs(trial.pos(f"{way}[1]")[-1, 2] - trial.pos(f"{way}[1]")[0, 2]) < 2e-3
 
 
+def test_faces_that_share_a_load_are_stressed_alike(trial):
+    peaks = {b.between: b.peak * MUCH for b in trial.states.bonds if b.control == "pads"}
+    assert len(peaks) == 6
+    at_beam = {name: peak for between, peak in peaks.items() if "plate" not in between for name in between}
+    assert at_beam["narrow"] == pytest.approx(at_beam["wide[0]"], rel=0.15)
+    masses = 1000 * (0.6 * 0.12 * 0.05 + 2.25 * AREA * 0.05)
+    stress = masses * G / (2.25 * AREA)
+    assert 0.98 * stress < at_beam["wide[0]"] < OVERSHOOT * stress
+
+
 def test_a_bar_that_falls_on_an_edge_breaks_in_the_middle(trial):
     glue = summary(trial.recording)["glue"]
     assert (glue["bonds"], glue["broken"]) == (3, 1)
+    # All parts of the bar stop alike, so that a bond bends by the square of what is beyond it.
+    outer, middle, _ = (b.peak for b in trial.states.bonds if b.control == "glue")
+    assert middle == pytest.approx(4 * outer, rel=0.05)
     (snap,) = find_events(trial.recording, {}).occurrences["snaps"]
     assert snap["between"] == ["bar[1]", "bar[2]"]
     counts, largest = trial.measure("parts"), trial.measure("part")

@@ -266,3 +266,16 @@ def test_who_films_it_hears_what_was_not_filmed(make_run: MakeRun, tmp_path: Pat
     first, second = studio.model.questions("render")
     assert "not filmed" not in first
     assert "- /treatments/1: operation 1: `/bodies/box/material` is neither below /render nor a look" in second
+
+
+@pytest.mark.usefixtures("untraced")
+def test_who_films_it_hears_what_the_program_corrected(make_run: MakeRun, tmp_path: Path) -> None:
+    """A camera that points 14 deg up cuts off the lower edge of the box, and is turned down."""
+    side = "{kind: still, from: [0, -4, 0.5], look_at: [0, 0, 1.5], fov_deg: 40}"
+    cut = treatment(f"{{op: add, path: /render/cameras, value: {{side: {side}}}}}", name="near")
+    replies = {"viewer": [marks(40, 40, 40, 40)] * 3, "render": [cut, light("overcast"), light("studio")]}
+    studio = Studio(make_run, tmp_path, replies)
+    studio.shoot()
+    first, second = studio.model.questions("render")[:2]
+    assert "program corrected" not in first
+    assert re.search(r"less at rest:\n\n- near: /render/cameras/side/look_at is \[", second), second

@@ -8,7 +8,9 @@ from text2sim.agents.contract import numbered_copies
 from text2sim.agents.requirements import Requirement
 
 MAX_STALLED_ATTEMPTS = 2
-"""Number of attempts without improvement that end the loop, once all expectations are true."""
+"""Number of finished attempts without improvement that end the loop, once all expectations are true."""
+MAX_UNFINISHED_ATTEMPTS = 3
+"""The same for attempts in a row that did not finish, which show what cannot be run, but not that nothing is better."""
 MAX_STALLED_REFILMS = 5
 """The same for attempts that only film a run again, which is cheap."""
 
@@ -96,14 +98,31 @@ def best_of(made: Sequence[Attempt], names: Sequence[str]) -> Attempt:
     return max(made, key=lambda one: one.rank(names))
 
 
-def stalled_best(made: Sequence[Attempt], names: Sequence[str]) -> Attempt | None:
-    """Return the best attempt if all its expectations are true and enough later ones were no better; else None."""
+def stalled_best(made: Sequence[Attempt], names: Sequence[str]) -> tuple[Attempt, str] | None:
+    """Return the best attempt, and why the loop ends with it, if enough later ones were no better; else None.
+
+    Args:
+        made: The attempts, at least one.
+        names: The expectations that come from the request; the best attempt has to meet them.
+    """
     best = best_of(made, names)
+    if not best.sound(names):
+        return None
     until = made.index(best) + 1
     before, later = made[:until], made[until:]
-    fresh = {one.run or one.number for one in later} - {one.run for one in before}
-    stalled = len(fresh) >= MAX_STALLED_ATTEMPTS or len(later) >= MAX_STALLED_REFILMS
-    return best if stalled and best.sound(names) else None
+    finished = [one for one in later if one.state == "finished"]
+    fresh = {one.run or one.number for one in finished} - {one.run for one in before}
+    last = made[-MAX_UNFINISHED_ATTEMPTS:]
+    if len(fresh) >= MAX_STALLED_ATTEMPTS or len(later) >= MAX_STALLED_REFILMS:
+        return best, f"{_listed(later)} brought nothing better than attempt {best.number}"
+    if len(later) >= MAX_UNFINISHED_ATTEMPTS and not any(one.state == "finished" for one in last):
+        return best, f"{_listed(last)}, one after the other, did not finish; attempt {best.number} is the best"
+    return None
+
+
+def _listed(made: Sequence[Attempt]) -> str:
+    """Name attempts, each with how its run ended."""
+    return f"attempt{'s' * (len(made) > 1)} {', '.join(f'{one.number} ({one.state})' for one in made)}"
 
 
 def changed_expectations(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:

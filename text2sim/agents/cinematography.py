@@ -109,6 +109,8 @@ class Cinematography:
         self._tried: list[FilmedTreatment] = []
         self._refused: list[str] = []
         """What was wrong with treatments of the last answer that were not filmed."""
+        self._corrected: list[str] = []
+        """What the program changed in the film as it was, and then in the treatments of the last answer."""
 
     def best(self, text: str) -> FilmedTreatment | None:
         """Return the best treatment of a case; None if the judge's model does not accept images.
@@ -151,28 +153,36 @@ class Cinematography:
 
     # --- proposals ------------------------------------------------------------------------------------------------
 
-    def composed(self, text: str) -> str:
-        """The case with cameras that cut off less, and less rest at both ends; unchanged if nothing can be gained."""
+    def composed(self, text: str, name: str = "as_it_is") -> str:
+        """The case with cameras that cut off less, and less rest at both ends; unchanged if nothing can be gained.
+
+        Args:
+            text: The case.
+            name: Name of the treatment, by which the Render Writer is told of changes.
+        """
         from text2sim.rendering.composition import composed
 
         loaded = load_text(text, self._path)
         try:
             patch = composed(_recording(self._run, loaded), data_of(text).get("render") or {})
-            return restyle(text, patch, self._path) if patch else text
+            corrected = restyle(text, patch, self._path) if patch else text
         except (Text2SimError, PatchError) as error:
             self._emit("treatments_failed", why=f"composition: {error}")
             return text
+        self._corrected += [f"{name}: {row['path']} is {row['value']}" for row in patch if "value" in row]
+        return corrected
 
     def _written(self, best: FilmedTreatment, count: int) -> dict[str, str]:
         texts: dict[str, str] = {}
 
         def check(answer: Treatments) -> None:
             texts.clear()
+            self._corrected.clear()
             wrong: list[str] = []
             for number, treatment in enumerate(answer.treatments[:count]):
                 try:
                     styled = restyle(best.text, treatment.operations, self._path)  # type: ignore[arg-type]
-                    texts[treatment.name] = self.composed(styled)
+                    texts[treatment.name] = self.composed(styled, treatment.name)
                 except SpecError as error:
                     wrong += [f"/treatments/{number}: {format_problem(problem)}" for problem in error.problems[:4]]
                 except (PatchError, TouchesPhysics) as error:
@@ -186,7 +196,7 @@ class Cinematography:
             ROLES["render"],
             "treat",
             count=many,
-            rules=language.rules(brief=True),
+            rules=language.rules(brief=True, reader="render"),
             pages=language.reference_pages("render"),
         )
         question = render(
@@ -199,6 +209,7 @@ class Cinematography:
                 {take.name: {"total": take.marks.total, **take.marks.model_dump()} for take in self._tried}
             ),
             refused=self._refused,
+            corrected=self._corrected,
             sheet=self._chat.vision("render"),
             evenly=EVEN_STILLS,
             events=MAX_EVENT_STILLS,

@@ -14,6 +14,7 @@ from text2sim.spec_schema.published.reference_sections import ReferenceSection
 from text2sim.spec_schema.vocabulary.docstrings import model_doc
 
 _LINK = re.compile(r"\[([^\]\n]+)\]\(#[^)\n]*\)")
+_REGION = re.compile(r"region: \{kind: (\w+), [^{}]*\}")
 _RULE = re.compile(r"^\|(?:-+\|)+\n", re.MULTILINE)
 _MAGNITUDES = re.compile(r"from 1e-\S+ to 1e\+\S+ [a-z]+[0-9/a-z]*")
 """Wide bounds of quantities with a unit; a condensed page says `greater than 0`, and the checker reports the rest."""
@@ -27,6 +28,11 @@ _SHORTER = (
 
 _FORMS = {"region": " of what deforms: a part of it, as `{edge: left}`, `{corner: [left, front]}`"}
 """Explanations of fields with unclear names."""
+
+
+def of_deformables(model: type[BaseModel]) -> bool:
+    """Return whether a kind of measure is about deformable bodies."""
+    return model.__module__ == soft_measures.__name__
 
 
 def plain(text: str) -> str:
@@ -77,7 +83,11 @@ def kinds_line_by_line(section: ReferenceSection) -> str:
         names = ", ".join(f"`{key}`{_FORMS.get(key, '')}" for key, *_ in field_rows(base, inherited))
         if names:
             lines.append(f"{', '.join(having) if len(having) < len(models) else f'every {section.noun}'}: {names}")
+    regions: set[str] = set()
     for kind, model in models.items():
+        alike = [other for other, its in models.items() if its is model]
+        if kind != alike[0]:
+            continue
         # The fields of the example without its kind, such as `{of: ball, axis: z}`.
         text = " ".join(examples.get(kind, "").strip().partition("}\n")[0].split()).partition(": ")[2]
         text = text.replace(f"kind: {kind}, ", "").replace(f"kind: {kind}", "")
@@ -85,10 +95,14 @@ def kinds_line_by_line(section: ReferenceSection) -> str:
         own = [f"`{key}`" for key, _, default, _ in field_rows(model, shared_bases(list(models.values())))
                if default != "required" and f"{key}:" not in text]  # fmt: skip
         more = f"; also {', '.join(own)}" if own else ""
-        if model.__module__ == soft_measures.__name__:
+        if (region := _REGION.search(text)) and region[1] in regions:  # a form that an example has shown
+            text = text.replace(region[0], "region: {…}")
+        regions |= {region[1]} if region else set()
+        if of_deformables(model):
             deforming.append(f"`{kind}` `{text}`")
         else:
-            lines.append(f"- `{kind}`: {first_sentence(model_doc(model))}. `{text}`{more}")
+            names = ", ".join(f"`{other}`" for other in alike)
+            lines.append(f"- {names}: {first_sentence(model_doc(model))}. `{text}`{more}")
     if deforming:
         lines.append(f"- of what deforms, with more by `read`: {', '.join(deforming)}")
     return "\n".join(lines)

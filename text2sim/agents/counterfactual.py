@@ -40,12 +40,21 @@ def case_without(case: Data, names: Collection[str]) -> Data:
     for name in [name for name, row in pairs.items() if _refers(row, gone)]:
         del pairs[name]
     while lost := [
-        (part, name) for part in PARTS for name, row in (actions.get(part) or {}).items() if _refers(row, gone)
+        (part, name)
+        for part in PARTS
+        for name, row in (actions.get(part) or {}).items()
+        if _refers(row, gone) or _waits_in_vain(row, actions)
     ]:
         for part, name in lost:
             del actions[part][name]
             gone.add(name)
     return left
+
+
+def _waits_in_vain(row: Mapping[str, Any], actions: Mapping[str, Any]) -> bool:
+    """Whether an entry is the event of a release that no control makes any more."""
+    releases = [one for one in (actions.get("controls") or {}).values() if one.get("kind") == "release"]
+    return row.get("kind") == "released" and all(one.get("attach") != row.get("attach") for one in releases)
 
 
 def _refers(row: Any, names: Collection[str]) -> bool:

@@ -12,6 +12,7 @@ from text2sim.agents.condensed_pages import (
     first_sentence,
     kinds_brief,
     kinds_line_by_line,
+    of_deformables,
     plain,
     section_brief,
 )
@@ -31,6 +32,7 @@ from text2sim.agents.page_selection import (
     SOFT_FIELDS,
     TURNING_WORDS,
 )
+from text2sim.spec_schema.names.soft_measure_references import BONDED_KINDS
 from text2sim.spec_schema.published.language_reference import section_kinds
 from text2sim.spec_schema.published.reference_prose import INTRODUCTION
 from text2sim.spec_schema.published.reference_sections import SECTIONS, ReferenceSection
@@ -82,7 +84,8 @@ def reference_pages(reader: str, kinds: Collection[str] | None = None) -> str:
     wanted = None if kinds is None else ALWAYS_DESCRIBED | set(kinds)
     parts = [page for section in _sections(PAGES_BY_READER[reader]) if (page := _page(section, reader, wanted))]
     if wanted is not None and reader == "actions":
-        parts.append(f"{MORE_KINDS_NOTE}, or `Expectations`: {kinds_to_expect_with()}.")
+        kinds = kinds_to_expect_with(deformable=bool(wanted & DEFORMABLE_KINDS))
+        parts.append(f"{MORE_KINDS_NOTE}, or `Expectations`: {kinds}.")
     if reader == "scene":
         parts.append("Colours: `#rrggbb`, or a name: those of CSS, and of materials (`oak`, `concrete`, `brass`).")
     if reader == "bodies":
@@ -116,7 +119,7 @@ def _without_deformables(text: str) -> str:
     """Drop rows, sentences and examples about deformable bodies."""
     rows = []
     for row in _SOFT_ROWS.sub("", text).split("\n"):
-        if row.startswith("- `") and "`: " in row:
+        if _ROW.match(row):
             first, *more = row.split(". ")
             row = ". ".join([first, *(part for part in more if not _SOFT_WORDS.search(part))])
             row += "" if row.endswith((".", ":")) or not more else "."
@@ -136,9 +139,11 @@ def to_plan_with() -> str:
 
 
 @cache
-def kinds_to_expect_with() -> str:
-    """Return the names of kinds of measures and of events."""
-    return ", ".join(measured_kinds())
+def kinds_to_expect_with(*, deformable: bool = True) -> str:
+    """Return the names of kinds of measures and of events; those of deformable bodies alone only if `deformable`."""
+    (section,) = _sections(("Measures",))
+    soft = {kind for kind, model in section_kinds(section.models).items() if of_deformables(model)} - {*BONDED_KINDS}
+    return ", ".join(kind for kind in measured_kinds() if deformable or kind not in soft)
 
 
 @cache
@@ -252,10 +257,15 @@ def _own_material(kind: str) -> str:
 
 
 @cache
-def rules(*, brief: bool = False) -> str:
-    """Return the rules of the language, expressions and selectors; `brief` for authors whose answers are checked."""
+def rules(*, brief: bool = False, reader: str = "") -> str:
+    """Return the rules of the language, expressions and selectors.
+
+    Args:
+        brief: For authors whose answers are checked.
+        reader: With `brief`, the section that they write, if it is one.
+    """
     if brief:
-        return _BRIEF_RULES
+        return _BRIEF_RULES + _JOINT_RULES * (reader not in _JOINTLESS_READERS)
     from text2sim.spec_schema.published.language_reference import language_reference
 
     whole = language_reference()
@@ -273,8 +283,11 @@ default. `*` marks fields that are required.
 `${…}` is arithmetic over `params`: + - * / // % **, comparisons, `a if c else b`, `list[0]`, sin, cos, tan, atan2,
 sqrt, abs, min, max, radians, degrees, pi. In copies (`repeat`), and only there, also `i`, `n`, `u` (0 to 1), `row`,
 `column`, `layer`. Selectors: `brick` or `brick[*]` every copy, `brick[3]`, `brick[2:5]`, `arm.hand` a link or joint,
-in `of` also a list. The joint of a rigid body on a hinge or slider goes by the body's name, that of an articulated body
+in `of` also a list."""
+_JOINT_RULES = """ The joint of a rigid body on a hinge or slider goes by the body's name, that of an articulated body
 by its link; its position counts from the start."""
+_JOINTLESS_READERS = ("scene", "render")
+"""Readers whose sections name no joints."""
 
 
 @cache
@@ -373,7 +386,8 @@ _SOFT_ROWS = re.compile(
     r"|^ *- `\w+`[^:\n]*: (?:For|Of) (?:deformable|mpm and fem) bodies.*\n",
     re.MULTILINE,
 )
-_SOFT_WORDS = re.compile(r"\b(?:deforms?|deformable|[Cc]loth|soft body|mpm|pbd|fem)\b")
+_ROW = re.compile(r"- `\w+`\*?(?: \(.*?\))?: ")
+_SOFT_WORDS = re.compile(r"\b(?:deforms?|deformable|liquids?|[Cc]loth|soft body|mpm|pbd|fem)\b")
 _SOFT_EXAMPLE = re.compile(r"\w+: \{.*\b(?:curtain|jelly|water)\b.*\}$")
 """Names of deformable bodies in the examples."""
 

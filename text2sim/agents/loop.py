@@ -159,10 +159,11 @@ class AgentLoop:
                 return self.outcome("accepted_in_part", f"{came_true}, as far as it is possible")
             return self.outcome("accepted", came_true)
         attempts, names = self.history.made, self.agreement.names
-        if (best := stalled_best(attempts, names)) is not None:
+        if (stalled := stalled_best(attempts, names)) is not None:
+            best, why = stalled
             if not self.history.base:
                 self._choose_film(best)
-            return self.outcome("gave_up", f"the attempts after {best.number} brought nothing better")
+            return self.outcome("gave_up", why)
         best = best_of(attempts, names)
         filmed = best.sound(names) and not self.history.base
         left, reserve = self.limits.minutes_left(), STYLE_MINUTES if filmed and self.style else 0.0

@@ -25,6 +25,10 @@ IGNORED_OVERSHOOT = {"m": 1e-3, "rad": 0.01}
 """Largest deviations from joint limits and driven paths that are not reported, by unit."""
 IGNORED_WORK = 1e-6
 """Largest work that is not reported [J]."""
+SERIES, SERIES_TIMES = "; over time ", "- over time: at "
+"""What stands before values over time, and before their times, which all measures share."""
+ROUNDING = 1e-12
+"""Size below which a number is shown as 0."""
 LOG_TAIL = 1_500
 """Characters from the end of the log of a run that did not finish."""
 
@@ -68,7 +72,7 @@ def to_decide_by(evidence: str) -> str:
 
 
 def _without_series(part: str) -> str:
-    return "\n".join(row.partition("; over time ")[0] for row in part.split("\n"))
+    return "\n".join(row.partition(SERIES)[0] for row in part.split("\n") if not row.startswith(SERIES_TIMES))
 
 
 def judgement_text(number: int, cause: str, critique: Mapping[str, Any] | None, fates: Sequence[str]) -> str:
@@ -170,7 +174,10 @@ def _expectation(names: str, row: Data, given: bool) -> str:
 
 def _measures(folder: Path, measures: Mapping[str, Data]) -> list[str]:
     times, series = read_measures(folder)
-    rows = []
+    rows, picked = [], list[int]()
+    if series and len(times) > QUOTED_TIMES:
+        picked = [round(k * (len(times) - 1) / (QUOTED_TIMES - 1)) for k in range(QUOTED_TIMES)]
+        rows.append(f"{SERIES_TIMES}{', '.join(_short_number(times[k]) for k in picked)} s")
     shown = {name for names in _repeated(measures) for name in (names[:: len(names) - 1] if _is_long(names) else names)}
     shown |= {name for name, row in measures.items() if row.get("problem") or row.get("min") is None}
     for name, row in measures.items():
@@ -181,12 +188,8 @@ def _measures(folder: Path, measures: Mapping[str, Data]) -> list[str]:
             continue
         low, high = (f"{_short_number(row[end])} at {_short_number(row[f'{end}_at'])} s" for end in ("min", "max"))
         text = f"- `{name}` [{row.get('unit') or '-'}]: min {low}, max {high}"
-        values = series.get(name)
-        if values is not None and len(times) > QUOTED_TIMES:
-            picked = [round(k * (len(times) - 1) / (QUOTED_TIMES - 1)) for k in range(QUOTED_TIMES)]
-            text += "; over time " + ", ".join(
-                f"{_short_number(times[k])} s: {_short_number(values[k])}" for k in picked
-            )
+        if picked and (values := series.get(name)) is not None:
+            text += SERIES + ", ".join(_short_number(values[k]) for k in picked)
         rows.append(text)
     for first, *between, last in filter(_is_long, _repeated(measures)):
         inner = [measures[name] for name in between if name not in shown]
@@ -207,14 +210,12 @@ def _spans(rows: Sequence[Data], keys: Sequence[str]) -> list[tuple[float, float
 def _events(events: Mapping[str, Data]) -> list[str]:
     rows = []
     for name, row in events.items():
-        when = (
-            f"first at {_short_number(row['first'])} s, last at {_short_number(row['last'])} s"
-            if row.get("count")
-            else "never"
-        )
-        rows.append(
-            f"- `{name}`: {row.get('count', 0)} times, {when}" + (f" ({row['problem']})" if row.get("problem") else "")
-        )
+        count = row.get("count") or 0
+        when = f"once, at {_short_number(row['first'])} s" if count else "never"
+        if count > 1:
+            first, last = _short_number(row["first"]), _short_number(row["last"])
+            when = f"{count} times, first at {first} s, last at {last} s"
+        rows.append(f"- `{name}`: {when}" + (f" ({row['problem']})" if row.get("problem") else ""))
     return rows
 
 
@@ -340,4 +341,6 @@ def _rounded(value: Any) -> Any:
 
 
 def _short_number(value: Any) -> str:
-    return f"{value:.4g}" if isinstance(value, int | float) and not isnan(value) else "-"
+    if not isinstance(value, int | float) or isnan(value):
+        return "-"
+    return f"{value:.4g}" if abs(value) > ROUNDING else "0"

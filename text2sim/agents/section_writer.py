@@ -93,7 +93,7 @@ def write_section(
     def read(data: Any) -> dict[str, Any]:
         return _section_of(_with_shapes(data, section, shapes or {}), section, plan, path)
 
-    prompt = writer_prompt(ROLES[section], language.rules(brief=True))
+    prompt = writer_prompt(ROLES[section], language.rules(brief=True, reader=section))
     return chat.ask(section, prompt, question, read, read_pages=PageRequests())
 
 
@@ -151,7 +151,7 @@ def change_section(
             return changed if data["patch"] else Unchanged(why[:MAX_REASON_LENGTH])
         return _section_of(data, section, plan, path, mapping(case, "prefabs"))
 
-    prompt = writer_prompt(ROLES[section], language.rules(brief=True), change=True)
+    prompt = writer_prompt(ROLES[section], language.rules(brief=True, reader=section), change=True)
     return chat.ask(section, prompt, question, read, read_pages=PageRequests())
 
 

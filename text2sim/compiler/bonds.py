@@ -41,8 +41,6 @@ class Face(NamedTuple):
     """Outward unit normal, shape (3,)."""
     corners: Array
     """Corners [m], shape (k, 3), in order."""
-    middle: Array
-    """Their mean [m], shape (3,)."""
 
 
 def face_bonds(control: Bond, copies: Sequence[Copy], folder: Path, line: int, name: str) -> list[FaceBond]:
@@ -58,8 +56,8 @@ def face_bonds(control: Bond, copies: Sequence[Copy], folder: Path, line: int, n
     faces = [list(_faces_of(copy, folder)) for copy in copies]
     # By volume, so that a slender rod is bonded at its ends, too.
     least = [MIN_SHARED * _volume(copy, folder) ** (2 / 3) for copy in copies]
-    found = []
     gap = control.gap + ROUNDING
+    found = []
     for i, j in _near(faces, gap):
         if not (_moves(copies[i]) or _moves(copies[j])):
             continue
@@ -103,14 +101,13 @@ def _faces_of(copy: Copy, folder: Path) -> Iterator[Face]:
     if isinstance(copy.shape, Plane):
         turn = np.array(quat_to_rows(copy.quat)).T
         square = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]) * WIDE
-        yield Face(turn[2], square @ turn[:2] + np.array(copy.pos), np.array(copy.pos))
+        yield Face(turn[2], square @ turn[:2] + np.array(copy.pos))
         return
     for piece in pieces(copy.shape, folder):
         turn = np.array(quat_to_rows(quat_multiply(copy.quat, piece.quat)))
         shift = np.array(quat_to_rows(copy.quat)) @ np.array(piece.pos) + np.array(copy.pos)
         for normal, corners in _own_faces(piece):
-            placed = corners @ turn.T + shift
-            yield Face(turn @ normal, placed, placed.mean(axis=0))
+            yield Face(turn @ normal, corners @ turn.T + shift)
 
 
 def _own_faces(piece: Piece) -> Iterator[tuple[Array, Array]]:
@@ -165,19 +162,23 @@ def _axes(normal: Array) -> tuple[Array, Array]:
     return u, np.cross(normal, u)
 
 
-def _opposite(ones: Sequence[Face], others: Sequence[Face], gap: float) -> Iterator[tuple[Face, Face]]:
-    """Yield the pairs of faces of two bodies that look at each other from planes no farther apart than a gap [m]."""
-    normals, middles = np.array([face.normal for face in ones]), np.array([face.middle for face in ones])
-    back, there = np.array([face.normal for face in others]), np.array([face.middle for face in others])
-    away = normals @ there.T - (normals * middles).sum(axis=1)[:, None]
-    for k, m in np.argwhere((normals @ back.T < -MAX_ANGLE_COSINE) & (np.abs(away) <= gap)).tolist():
-        yield ones[k], others[m]
+def _opposite(ours: Sequence[Face], theirs: Sequence[Face], gap: float) -> Iterator[tuple[Face, Face]]:
+    """Yield the pairs of faces of two bodies that lie in one plane, but for a gap [m], and face each other."""
+    if not ours or not theirs:
+        return
+    (normals, middles), (others, their_middles) = (
+        (np.array([face.normal for face in own]), np.array([face.corners.mean(axis=0) for face in own]))
+        for own in (ours, theirs)
+    )
+    away = normals @ their_middles.T - np.einsum("ij,ij->i", normals, middles)[:, None]
+    facing = (normals @ others.T <= -MAX_ANGLE_COSINE) & (np.abs(away) <= gap)
+    yield from ((ours[i], theirs[j]) for i, j in np.argwhere(facing).tolist())
 
 
 def _shared(one: Face, other: Face) -> tuple[float, Array, Array] | None:
-    """Return area [m2], centre [m] and normal of what two opposite faces share; None if they do not touch."""
-    origin = one.middle
-    away = (other.middle - origin) @ one.normal
+    """Return area [m2], centre [m] and normal of what two opposite faces share; None if they do not overlap."""
+    origin = one.corners.mean(axis=0)
+    away = (other.corners - origin) @ one.normal
     u, v = _axes(one.normal)
     flat = [
         Polygon(np.stack([(face.corners - origin) @ u, (face.corners - origin) @ v], axis=1)) for face in (one, other)
@@ -188,4 +189,4 @@ def _shared(one: Face, other: Face) -> tuple[float, Array, Array] | None:
     if not both.area:
         return None
     x, y = both.centroid.coords[0]
-    return both.area, origin + x * u + y * v + away / 2 * one.normal, one.normal
+    return both.area, origin + x * u + y * v + away.mean() / 2 * one.normal, one.normal

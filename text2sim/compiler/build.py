@@ -31,6 +31,7 @@ from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.bodies import LINKED
 from text2sim.spec_schema.models.placed import Deformable
+from text2sim.spec_schema.models.repeat import Fragments
 from text2sim.spec_schema.models.soft_bodies import Round
 from text2sim.spec_schema.names.references import check_references
 from text2sim.spec_schema.whole_files import naming
@@ -209,6 +210,7 @@ def _traits(
         tautest=max(taut_frequencies(lowering, groups, moving, rows, gravity).values(), default=0.0),
         wound=any(isinstance(point, Round) for body in bodies.values() for point in getattr(body, "along", None) or ()),
         slightest=min((smallest_share(tree) for tree in trees), default=1.0),
+        fragments=any(isinstance(getattr(body, "repeat", None), Fragments) for body in bodies.values()),
         slopes=has_slopes((copy for group in placed.values() for copy in group), gravity),
     )
 

@@ -52,6 +52,8 @@ class Traits:
     """Whether any body is a tree of several links."""
     rolls: bool = False
     """Whether a material has rolling or torsional friction."""
+    fragments: bool = False
+    """Whether a body is cut into fragments."""
     slopes: bool = False
     """Whether something may rest on a slope, or lean."""
     tautest: float = 0.0
@@ -248,6 +250,8 @@ def _substeps(scene: Scene, traits: Traits, soft: SoftSettings | None, why: dict
         need(0.005, "at 10 ms stacked and piled bodies sink into each other")
     if traits.loose > CROWD_BODIES:
         need(0.0025, "at 5 ms and more the bodies of a dense pile sink into each other")
+    if traits.fragments:
+        need(0.002, "thin fragments that carry a falling body sink into the ground at longer steps")
     if traits.chains or traits.loops:
         need(0.0025, "trees of ball joints and closed loops drift or explode at longer steps")
     if traits.tautest > 0:

@@ -2,11 +2,18 @@
 
 A bond is a weld with its anchor in the middle of that face. The force and the moment that the weld carries there give
 the stresses at the edge of a round face of the same area, as in the parallel bonds of Potyondy and Cundall (2004), "A
-bonded-particle model for rock".
+bonded-particle model for rock". As there, bonds are as stiff as their faces are large: where a body has several, equal
+welds would load small faces as much as large ones.
 """
 
 import genesis as gs
 import numpy as np
+from genesis.utils.misc import qd_to_torch
+
+SLACK = 0.01
+"""One minus the impedance of the median bond of a control. With 0.05, loads at rest are the same and blows softer."""
+MOST_SLACK = 0.9
+"""The same of the smallest bonds, at most."""
 
 
 class Bonds:
@@ -26,15 +33,22 @@ class Bonds:
         links = [tuple(_main_link(bodies[name]) for name in row[1:3]) for row in rows]
         area, self.strength, self.shear_strength = (np.array([row[k] for row in rows]) for k in (5, 6, 7))
         self.area, self.radius = area, np.sqrt(area / np.pi)
+        inverse = self.solver.get_links_invweight().cpu().numpy().reshape(-1, 2).astype(float)
+        inverse = np.array([inverse[a.idx] + inverse[b.idx] for a, b in links])
+        # The rows of a rotation are scaled so that a moment bends the bond as it bends a round bar. What is on a
+        # joint may have no inverse mass or inertia.
+        free = (inverse > 1e-9).all(axis=1)
+        self.arm = np.sqrt(np.divide(inverse[:, 1], inverse[:, 0], out=self.radius**-2, where=free)) * self.radius
         self.normals = np.zeros((len(rows), 2, 3))  # in the world at the start, and in the frame of the second link
         self.first_link = np.array([a.idx for a, _ in links])
         for i, ((a, b), row) in enumerate(zip(links, rows, strict=True)):
             (pos, quat), (_, other) = _frame(a), _frame(b)
             self.normals[i] = _turned_back(quat, row[4]), _turned_back(other, row[4])
             self.solver.constraint_solver.add_dynamic_constraint(
-                gs.EQUALITY_TYPE.WELD, a.idx, b.idx, a.idx, _turned_back(quat, np.array(row[3]) - pos), (1.0,)
+                gs.EQUALITY_TYPE.WELD, a.idx, b.idx, a.idx, _turned_back(quat, np.array(row[3]) - pos), (self.arm[i],)
             )
             self.index[a.idx, b.idx] = i
+        self._stiffen(np.where(free, area * inverse[:, 0], np.nan))
         self.peak, self.peak_at = np.zeros(len(rows)), np.zeros(len(rows))
         self.broken = {}  # row -> time [s], and by what
         self.begin, self.count, self.step = 0.0, 0, self.solver.substep_dt
@@ -64,8 +78,8 @@ class Bonds:
         load, at = welds["force"].reshape(-1, 6)[at >= 0].astype(float), at[at >= 0]
         first = self.solver.get_links_quat(self.first_link[at], relative=False).cpu().numpy().astype(float)
         pull, shear = _split(load[:, :3], _turned(first, self.normals[at, 0]))
-        # The rows of the rotation count half angles, in the frame of the second link.
-        twist, bend = _split(load[:, 3:] / 2, self.normals[at, 1])
+        # The rows of the rotation count half angles times the arm, in the frame of the second link.
+        twist, bend = _split(load[:, 3:] * self.arm[at, None] / 2, self.normals[at, 1])
         area, radius = self.area[at], self.radius[at]
         tension = pull / area + 4 * bend / (np.pi * radius**3)
         sliding = shear / area + 2 * np.abs(twist) / (np.pi * radius**3)
@@ -88,6 +102,28 @@ class Bonds:
             }
             for i, row in enumerate(self.rows)
         ]  # fmt: skip
+
+    def _stiffen(self, shares):
+        """Make the welds stiff in proportion to their faces.
+
+        Args:
+            shares: Area times inverse mass [m2/kg] of each bond: a weld's stiffness is one over slack and inverse mass.
+                nan if that is unknown.
+        """
+        slack, controls = np.full(len(shares), SLACK), np.array([row[0] for row in self.rows])
+        for control in set(controls):
+            own = (controls == control) & np.isfinite(shares)
+            if own.any():
+                slack[own] = np.minimum(SLACK * np.median(shares[own]) / shares[own], MOST_SLACK)
+        welds = self.solver.get_equality_constraints(as_tensor=True, to_torch=False)
+        pairs = zip(welds["obj_a"].reshape(-1).tolist(), welds["obj_b"].reshape(-1).tolist(), strict=True)
+        field = self.solver.dyn_info.equalities.sol_params
+        params = qd_to_torch(field, copy=not gs.use_zerocopy)
+        for k, pair in enumerate(pairs):
+            if pair in self.index:
+                params[k, 0, 2:4] = 1.0 - slack[self.index[pair]]
+        if not gs.use_zerocopy:
+            field.from_torch(params)
 
     def _part(self, pair):
         del self.index[pair]

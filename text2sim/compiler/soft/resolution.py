@@ -13,7 +13,7 @@ from text2sim.compiler.soft.scales import scales
 from text2sim.compiler.soft.settings import derive_soft
 from text2sim.compiler.soft.setup import SoftSettings
 from text2sim.compiler.soft.solvers import contact_model, is_soft
-from text2sim.compiler.soft.speeds import speed_limit
+from text2sim.compiler.soft.speeds import impact_speed, speed_limit
 from text2sim.compiler.soft.travel import travel
 from text2sim.spec_schema.errors import AssetError, SpecError
 from text2sim.spec_schema.loaded import LoadedCase
@@ -67,7 +67,8 @@ def soft_settings(
     gravity = hypot(*scene.gravity)
     travels = travel(rows, case.actions.controls.values(), placed, masses, gravity, scene.duration)
     fastest = max((hypot(*row.linear) for row in rows.velocities if row.entity in masses), default=0.0)
-    settings = derive_soft(scene, lowering.model, lowering.scales, placed, travels, fastest, loaded.folder)
+    impact = impact_speed(scene, rows, placed, loaded.folder)
+    settings = derive_soft(scene, lowering.model, lowering.scales, placed, travels, fastest, impact, loaded.folder)
     if scene.max_speed is not None:
         return replace(settings, max_speed=scene.max_speed)
     limit, why = speed_limit(scene, case.actions.controls.values(), rows, placed, masses, loaded.folder)

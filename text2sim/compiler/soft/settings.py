@@ -17,6 +17,7 @@ from text2sim.compiler.soft.solver_domain import domain_box, find_surroundings, 
 from text2sim.compiler.soft.travel import Travel
 from text2sim.spec_schema.models.scene import Scene
 from text2sim.spec_schema.models.soft_bodies import Cloth, Liquid, Snow
+from text2sim.spec_schema.models.soft_materials import SnowMaterial
 
 PADDING_CELLS = 3
 """Cells at each side of the grid in which the engine stops everything."""
@@ -31,8 +32,10 @@ HASH_CELL_DISTANCES, HASH_CELLS_PER_AXIS = 1.25, 32
 may make the engine add one. The hash repeats in space, and every substep clears all of it: `python -m
 benchmarks.cloth_hash` measures 5.1 ms a substep, and 13.8 ms with the engine's default, which covers the whole space.
 """
-SNOW_HARDENING = exp(10 * 0.1)
-"""Factor by which snow is stiffer when compressed by a tenth (the engine's law, exp(10 (1 - Jp)))."""
+SNOW_EXPONENT = 10.0
+"""Of the engine's law of snow: compressed to a part Jp of its volume, it is exp(10 (1 - Jp)) times as stiff."""
+LEAST_COMPRESSION = 0.1
+"""Part by which snow is assumed to be compressed even if nothing hits it."""
 MIN_BENDING_STEP = 1e-4
 """Shortest substep [s] that is derived for a stiff sheet: in one that is too long, it is softer, but stable."""
 MAX_PBD_STEP = 0.0005
@@ -55,6 +58,7 @@ def derive_soft(
     placed: dict[str, list[Copy]],
     travel: Travel,
     fastest: float,
+    impact: float,
     folder: Path,
 ) -> SoftSettings:
     """Choose what the author left open in a scene with deformable bodies.
@@ -66,6 +70,7 @@ def derive_soft(
         placed: Copies by static and body.
         travel: How far bodies may get.
         fastest: Largest initial velocity [m/s] of a pbd body.
+        impact: Speed [m/s] at which something may hit snow.
         folder: The case's folder.
 
     Raises:
@@ -89,7 +94,7 @@ def derive_soft(
     mpm = pbd = fem = sap = coupler = None
     if "mpm" in by_solver:
         mpm = _mpm(scene, scales, domain, why)
-        substeps += _mpm_steps(mpm.cell, by_solver["mpm"])
+        substeps += _mpm_steps(mpm.cell, by_solver["mpm"], impact)
     if "pbd" in by_solver:
         substeps.append((MAX_PBD_STEP, "cloth stretches at longer steps"))
         size = scales.pbd_size
@@ -117,7 +122,8 @@ def derive_soft(
     if model == "sap":
         sap = SapSettings(fem is not None and fem.floor is not None, bool(around.solids))
         why["precision"] = "the sap model is solved in double precision alone"
-    return SoftSettings(model, "64" if model == "sap" else "32", mpm, pbd, fem, sap, tuple(substeps), why, coupler)
+    precision = "64" if model == "sap" else "32"
+    return SoftSettings(model, precision, mpm, pbd, fem, sap, tuple(substeps), why, coupler, impact=impact)
 
 
 def bending_step(model: Cloth, cell: float) -> float:
@@ -149,13 +155,31 @@ def own_stretch(long: float, size: float, step: float, iterations: int, gravity:
     return 8 * gravity * step**2 * long / (9 * STRETCH_RELAXATION * iterations * size**2)
 
 
-def wave_speed(material: Any, model: Any, substep: float = inf) -> float:
+def snow_hardening(material: SnowMaterial, impact: float) -> float:
+    """Return the factor by which snow gets stiffer where it is hit.
+
+    Its stress is about the modulus E times the strain `crush`, times h = exp(10 e) once it is compressed by a part e of
+    its volume. A blow compresses it until the work E crush (h - 1) / 10 per volume is the kinetic energy rho v^2 / 2,
+    so that h = 1 + 5 rho v^2 / (E crush). A ball of 400 kg/m3, 4e5 Pa and crush 0.03 that hits a wall at 14 m/s, so
+    that h = 34, diverges with half of the substeps that follow, and not with these.
+
+    Args:
+        material: Of the snow.
+        impact: Speed v [m/s].
+    """
+    work = material.youngs_modulus * material.crush / SNOW_EXPONENT
+    struck = 1 + material.density * impact**2 / 2 / work
+    return min(max(struck, exp(SNOW_EXPONENT * LEAST_COMPRESSION)), exp(SNOW_EXPONENT))
+
+
+def wave_speed(material: Any, model: Any, substep: float = inf, impact: float = 0.0) -> float:
     """Return the fastest sound wave [m/s] in what a body is made of: c^2 = E (1 - nu) / ((1 + nu) (1 - 2 nu) rho).
 
     Args:
         material: Of the body.
         model: The body.
         substep: Substep [s], in which a viscosity is a shear modulus `viscosity / substep`.
+        impact: Speed [m/s] at which something may hit snow, which hardens it.
     """
     if isinstance(model, Liquid):
         # lambda is the stiffness; a viscous liquid also has a shear modulus, 1.5 times as large.
@@ -163,11 +187,11 @@ def wave_speed(material: Any, model: Any, substep: float = inf) -> float:
         return sqrt(modulus / material.density)
     young, nu = material.youngs_modulus, material.poisson_ratio
     if isinstance(model, Snow):
-        young *= SNOW_HARDENING
+        young *= snow_hardening(material, impact)
     return sqrt(young * (1 - nu) / ((1 + nu) * (1 - 2 * nu) * material.density))
 
 
-def sound_step(material: Any, model: Any, cell: float) -> float:
+def sound_step(material: Any, model: Any, cell: float, impact: float) -> float:
     """Return the longest substep s [s] at which sound crosses `MAX_COURANT` of a cell.
 
     With a viscosity it is the root of `(modulus + 2 viscosity / s) s^2 = density (MAX_COURANT cell)^2`.
@@ -176,8 +200,9 @@ def sound_step(material: Any, model: Any, cell: float) -> float:
         material: Of an mpm body.
         model: The body.
         cell: Cell of the grid [m].
+        impact: Speed [m/s] at which something may hit snow.
     """
-    most, speed = MAX_COURANT * cell, wave_speed(material, model)
+    most, speed = MAX_COURANT * cell, wave_speed(material, model, impact=impact)
     eta = material.viscosity / material.density if isinstance(model, Liquid) else 0.0
     return (sqrt(eta**2 + (most * speed) ** 2) - eta) / speed**2
 
@@ -202,14 +227,16 @@ def _mpm(scene: Scene, scales: Scales, domain: Domain, why: dict[str, str]) -> M
     return MpmSettings(cell, float(f"{1 / cell:.6g}"), low, high)
 
 
-def _mpm_steps(cell: float, copies: list[Copy]) -> list[tuple[float, str]]:
-    shortest, stiffest = min(
-        ((sound_step(copy.model.material, copy.model, cell), copy.model) for copy in copies), key=lambda row: row[0]
-    )
-    fastest = wave_speed(stiffest.material, stiffest, shortest)
+def _mpm_steps(cell: float, copies: list[Copy], impact: float) -> list[tuple[float, str]]:
+    steps = ((sound_step(copy.model.material, copy.model, cell, impact), copy.model) for copy in copies)
+    shortest, stiffest = min(steps, key=lambda row: row[0])
+    fastest = wave_speed(stiffest.material, stiffest, shortest, impact)
+    hard = ""
+    if isinstance(stiffest, Snow) and snow_hardening(stiffest.material, impact) > snow_hardening(stiffest.material, 0):
+        hard = f", hardened where it is hit at up to {impact:.2g} m/s"
     return [
         (MAX_STEP_PER_CELL * cell, f"as the engine suggests for a grid of {cell:g} m cells"),
-        (shortest, f"sound runs at {fastest:.3g} m/s in the stiffest mpm body: half a cell in a step"),
+        (shortest, f"sound runs at {fastest:.3g} m/s in the stiffest mpm body{hard}: half a cell in a step"),
     ]
 
 

@@ -109,6 +109,8 @@ class SoftSettings:
     ipc: IpcSettings | None
     max_speed: float = MAX_SPEED
     """Speed [m/s] of a point or a link at which the run has diverged."""
+    impact: float = 0.0
+    """Speed [m/s] at which something may hit snow."""
 
     def values(self) -> dict[str, str]:
         """Return settings as text, by the names that `why` uses."""

@@ -21,7 +21,8 @@ from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import Control
 from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
 from text2sim.spec_schema.models.motion import Spin
-from text2sim.spec_schema.models.scene import Scene
+from text2sim.spec_schema.models.scene import Scene, Static
+from text2sim.spec_schema.models.soft_bodies import Snow
 
 SPEED_FACTOR, SPEED_MARGIN = 5.0, 10.0
 """The limit is this many times the sum of all speeds, plus this [m/s]: corners of cloth whip, drops splash, and heavy
@@ -58,8 +59,14 @@ def speed_limit(
     if rows.wrenches:
         return MAX_SPEED, "forces push rigid bodies: nothing is said of how fast"
     time = scene.duration
+    floors, tops = [], []
+    for copy in (copy for group in placed.values() for copy in group):
+        if (height := floor_height(copy)) is not None:
+            floors.append(height)
+        elif copy.shape is None or copy.shape.kind != "plane":
+            tops.append(extents_of(copy, folder)[1][2])
     given = {
-        "falling": _fall(scene, placed, folder),
+        "falling": _fall(scene, floors, tops),
         "starts": max((hypot(*v.linear) + hypot(*v.angular) for v in rows.velocities), default=0.0),
         "streams": max((hypot(*(stream_velocity(c) or ())) for g in placed.values() for c in g), default=0.0),
         "motors": MOTOR_SPEED if rows.targets else 0.0,
@@ -76,17 +83,44 @@ def speed_limit(
     return float(f"{most:.2g}"), why
 
 
-def _fall(scene: Scene, placed: dict[str, list[Copy]], folder: Path) -> float:
-    """Return the speed [m/s] after a fall to the lowest floor, or for the whole run if there is none."""
+def impact_speed(scene: Scene, rows: ControlRows, placed: dict[str, list[Copy]], folder: Path) -> float:
+    """Return the speed [m/s] at which something may hit snow: by a fall, a start, a stream or a prescribed motion.
+
+    Args:
+        scene: The section.
+        rows: Controls, lowered.
+        placed: Copies by static and body.
+        folder: The case's folder.
+
+    Returns:
+        The speed, 0 without snow.
+
+    Raises:
+        AssetError: if a file of a shape cannot be used.
+    """
+    copies = [copy for group in placed.values() for copy in group]
+    if not any(isinstance(copy.model, Snow) for copy in copies):
+        return 0.0
+    solid = [copy for copy in copies if copy.shape is None or copy.shape.kind != "plane"]
+    boxes = {copy.name: extents_of(copy, folder) for copy in solid}
+    floors = [height for copy in copies if (height := floor_height(copy)) is not None]
+    tops = [boxes[copy.name][1][2] for copy in solid if not isinstance(copy.model, Static | Driven)]
+    given = [hypot(*row.linear) for row in rows.velocities]
+    given += [hypot(*(stream_velocity(copy) or ())) for copy in copies]
+    given += [_driven(copy, scene.duration, folder) for copy in copies]
+    return hypot(_fall(scene, floors or [low[2] for low, _ in boxes.values()], tops), max(given, default=0.0))
+
+
+def _fall(scene: Scene, floors: list[float], tops: list[float]) -> float:
+    """Return the speed [m/s] after a fall to the lowest floor, or for the whole run if there is none.
+
+    Args:
+        scene: Gravity and duration.
+        floors: Heights [m].
+        tops: Heights [m] of what may fall.
+    """
     size = hypot(*scene.gravity)
     free = size * scene.duration
-    floors, tops = [], []
-    for copies in placed.values():
-        for copy in copies:
-            if (height := floor_height(copy)) is not None:
-                floors.append(height)
-            elif copy.shape is None or copy.shape.kind != "plane":
-                tops.append(extents_of(copy, folder)[1][2])
     if not floors or scene.gravity[2] > -0.9 * size:
         return free
     return min(free, sqrt(2 * size * max(max(tops, default=0.0) - min(floors), 0.0)))

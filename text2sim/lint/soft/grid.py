@@ -28,14 +28,15 @@ def _step(facts: Facts) -> Iterator[Problem]:
     """Report the stiffest body."""
     soft = facts.once(SoftFacts)
     h, dt = facts.substep, facts.case.scene.dt
-    rows = {body.body: (wave_speed(body.model.material, body.model, h), body) for body in soft.of("mpm")}
+    impact = facts.settings.soft.impact if facts.settings.soft else 0.0
+    rows = {body.body: (wave_speed(body.model.material, body.model, h, impact), body) for body in soft.of("mpm")}
     if not rows:
         return
     speed, body = max(rows.values(), key=lambda row: row[0])
     part = speed * h / soft.cell
     if part <= MAX_COURANT * 1.02:
         return
-    needed = math.ceil(dt / sound_step(body.model.material, body.model, soft.cell) - 1e-9)
+    needed = math.ceil(dt / sound_step(body.model.material, body.model, soft.cell, impact) - 1e-9)
     text = (
         f"sound has a speed of {speed:.3g} m/s in `{body.body}` and crosses {part:.2g} cells of the mpm grid "
         f"({length(soft.cell)}) in a substep of {h:.3g} s: "

@@ -164,7 +164,7 @@ class Attach(Acting):
     """An attachment of two bodies from a time on; they keep their relative pose of that time.
 
     Between rigid bodies it is a weld, and the two links do not collide while it lasts; other links of the two bodies
-    do. A deformable body is attached by points: pins, hooks, clamps. Cloth (pbd) pulls its holder, unless that is
+    do. Soft bodies and cloth are attached by points: pins, hooks, clamps. Cloth (pbd) pulls its holder, unless that is
     driven or has a motor: a parachute, a sling, a sail. A soft body does not: its holder moves its points without a
     reaction force.
     """
@@ -228,9 +228,10 @@ class Bond(Acting):
     Mortar, glue, or what holds a body together that will shatter (`repeat: {kind: fragments}`). Neighbours keep their
     relative pose, and do not collide, until their bond breaks. For the force and the moment that it carries, on a round
     face of the same area A and radius R, that is when the tension `F / A + 4 M / (pi R^3)` reaches `strength` or the
-    shear stress `V / A + 2 T / (pi R^3)` reaches `shear_strength`. Contacts last some 10 ms here, so that blows are
-    softer than real ones: 0.05e6 to 0.5e6 Pa for what a thrown ball shall break. Evidence lists under `bonds` what
-    broke, and the largest load as a fraction of the strength; the measure `pieces` counts what still hangs together.
+    shear stress `V / A + 2 T / (pi R^3)` reaches `shear_strength`. Bonds are as stiff as their faces are large.
+    Contacts last some 10 ms here, so that blows are softer than real ones: 0.1e6 to 1e6 Pa for what a thrown ball or
+    a fall of a metre shall break. Evidence lists under `bonds` what broke, and the largest load as a fraction of the
+    strength; the measure `pieces` counts what still hangs together.
     """
 
     kind: Literal["bond"]

@@ -32,10 +32,10 @@ class Material(Model):
     friction: Real = Field(default=0.5, ge=0.01, le=5.0)
     """Coulomb coefficient. For a pair of bodies the larger value applies, unless `scene.contact.pairs` gives one."""
     rolling_friction: Real = Field(default=0.0, ge=0.0, le=1.0)
-    """Rolling resistance [m]: the torque is this length times the normal force. For a pair of bodies the larger value
-    applies. A rolling ball of radius r decelerates at 5/7 g times this length over r. For a coefficient of rolling
-    resistance c, such as 0.01 for a billiard ball on its cloth, the length is c r. With the pyramidal friction cone
-    (see `scene.contact.friction_cone`), it decelerates a third to a half less (benchmarks/rolling.py)."""
+    """Rolling resistance [m]: the torque is this length times the normal force; of a pair, the larger value applies. A
+    ball of radius r decelerates at 5/7 g times this length over r, so that for a coefficient of rolling resistance c
+    (0.01 for a billiard ball) the length is c r; a third to a half less with a pyramidal friction cone
+    (`scene.contact.friction_cone`)."""
     torsional_friction: Real = Field(default=0.0, ge=0.0, le=1.0)
     """Resistance [m] to spin about the contact normal, applied like `rolling_friction`: two thirds of `friction` times
     the radius of the contact patch."""
@@ -153,8 +153,8 @@ class Look(Model):
     """Colour and surface, without influence on the physics."""
 
     color: Color | list[ColorName] | Palette | None = None
-    """A name (`terracotta`), `#rrggbb`, three numbers from 0 to 1, a list of names, or a palette (`{palette:
-    okabe_ito}`). Lists and palettes are assigned in turn to copies, and to parts and links with `repeat`."""
+    """A name (`terracotta`) or `#rrggbb`. A list or a palette (`{palette: okabe_ito}`) is assigned in turn to copies,
+    and to parts and links with `repeat`."""
     finish: Finish = "rough"
     """Surface of the body; the preview shows its gloss. A liquid is by default as clear as
     water, with the colour where it is deep; `smooth` with an opacity of 1 makes it milk or paint."""

@@ -104,8 +104,8 @@ class Scene(Model):
     seed: Annotated[Integer, Field(ge=0, le=2**31 - 1)] = 0
     """Seed of the engine."""
     max_speed: Positive | None = None
-    """Speed [m/s] above which a body counts as diverged and the run stops. By default 1000; with deformable bodies,
-    whose solvers do not check their own numbers, a few times the speed that the scene can produce
+    """Speed [m/s] above which a body counts as diverged and the run stops, by default 1000. With deformable bodies,
+    whose solvers do not check their own numbers, it is a few times the speed that the scene can produce
     (`check --settings`)."""
     contact: Contact = Contact.model_construct()
     """Contact between bodies."""

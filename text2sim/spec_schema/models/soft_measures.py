@@ -168,20 +168,21 @@ class SelfPenetration(Measured):
 
 
 class Pieces(Measured):
-    """Number of pieces of soft bodies, each of at least 1 % of its body: 1 for each intact body.
+    """Number of pieces of soft bodies or snow, each of at least 1 % of its body: 1 for each intact body.
 
-    Particles of mpm that are two cells apart are no longer connected. Bodies of fem never tear. Of rigid bodies that a
-    `bond` joins, the number of groups that still hang together: 1 while all bonds between them hold.
+    Particles of mpm that are two cells apart are no longer connected; chunks of snow that touch are one. Bodies of fem
+    never tear. Of rigid bodies that a `bond` joins, the number of groups that still hang together: 1 while all
+    bonds between them hold.
     """
 
     kind: Literal["pieces"]
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selectors
-    """A soft body or its copies, or bonded rigid bodies."""
+    """A soft body, snow, or copies of one, or bonded rigid bodies."""
 
 
 class LargestPiece(Measured):
-    """Mass of the largest piece of a soft body, as a fraction of the whole: 1 until it tears; for copies the smallest.
+    """Mass of the largest piece of a soft body or snow, as a fraction of it: 1 until it tears; for copies the smallest.
 
     A `threshold` event on it marks when it tears. Of rigid bodies that a `bond` joins, the mass of the largest group
     that still hangs together, as a fraction of all selected.
@@ -190,7 +191,7 @@ class LargestPiece(Measured):
     kind: Literal["largest_piece"]
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selectors
-    """A soft body or its copies, or bonded rigid bodies."""
+    """A soft body, snow, or copies of one, or bonded rigid bodies."""
 
 
 class Leaked(Measured):

@@ -11,8 +11,8 @@ from text2sim.spec_schema.text.document import Path
 MEASURED_OF: dict[str, tuple[str, ...]] = {
     "volume": ("soft",),
     "strain": ("soft",),
-    "pieces": ("soft",),
-    "largest_piece": ("soft",),
+    "pieces": ("soft", "snow"),
+    "largest_piece": ("soft", "snow"),
     "leaked": FLOWING,
     "surface_level": FLOWING,
     "stretch": ("soft", "cloth"),
@@ -23,6 +23,8 @@ MEASURED_OF: dict[str, tuple[str, ...]] = {
     "share_in": ("soft", "cloth", *FLOWING),
 }
 """Kinds of body that each measure supports."""
+BONDED_KINDS = ("pieces", "largest_piece")
+"""Those that bonded rigid bodies have as well."""
 INSTEAD = {
     ("volume", "cloth"): "its area stays nearly constant: measure its `stretch`",
     ("pieces", "cloth"): "cloth does not tear",
@@ -53,7 +55,7 @@ def check_soft_measure(table: NameTable, where: Path, measure: measures.Measure,
         member: Its body.
     """
     kind = measure.kind
-    if kind in ("pieces", "largest_piece") and not member.deforms:
+    if kind in BONDED_KINDS and not member.deforms:
         return _check_bonded(table, kind, member)
     if kind in MEASURED_OF and (not member.deforms or member.model.kind not in MEASURED_OF[kind]):
         _report_kind(table, kind, member)
