@@ -22,7 +22,7 @@ Array = np.ndarray
 
 MAX_ANGLE_COSINE = 0.9998
 """Faces whose normals are opposite within 1 deg can be bonded."""
-MIN_SHARED = 1e-3
+MIN_SHARED = 5e-3
 """Least shared area, over that of a side of a cube of the smaller volume: less is an edge that they have in common."""
 CYLINDER_SIDES = 32
 """Corners of the polygon that stands for the end of a cylinder."""
