@@ -83,3 +83,9 @@ def test_what_is_bonded_cannot_be_attached_too():
 
 def rods(control: str = ""):
     return load_text(RODS % control)
+
+
+def test_a_scene_has_a_largest_number_of_bonds(monkeypatch):
+    monkeypatch.setattr("text2sim.compiler.controls.MAX_BONDS", 1)
+    with pytest.raises(SpecError, match="the scene has 2 bonds, and the engine can solve some 1"):
+        resolve_case(case())

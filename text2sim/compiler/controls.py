@@ -63,6 +63,9 @@ from text2sim.spec_schema.models.motion import Oscillate, Spin
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.names.selectors import body_of, parse_selector
 
+MAX_BONDS = 3000
+"""Most bonds of a scene: the engine's constraints have six rows for each, and as many columns as all bodies can move."""
+
 
 @dataclass
 class ControlRows:
@@ -174,6 +177,9 @@ def _bond(loaded: LoadedCase, control: Bond, copies: dict[str, list[Copy]], rows
         text = f"`{twice.a}` and `{twice.b}` are bonded already"
         rows.problems.append(loaded.problem((*pointer, "of"), text, rule="no-bond"))
     rows.bonds += bonds
+    if len(rows.bonds) > MAX_BONDS:
+        text = f"with this, the scene has {len(rows.bonds):,} bonds, and the engine can solve some {MAX_BONDS:,}"
+        rows.problems.append(loaded.problem((*pointer, "of"), text, rule="too-many"))
 
 
 def _reach(
