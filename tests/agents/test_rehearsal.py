@@ -249,6 +249,24 @@ checks:
     assert faults(plan) == []
 
 
+def test_bonds_of_what_breaks_come_later() -> None:
+    """The Action Writer adds the control `bond` to which a plan may refer."""
+    plan = """\
+name: cup
+event: a cup falls and breaks
+possible: yes
+mode: [rigid]
+duration: 2.0
+bodies: {ground: {kind: static, shape: plane}, cup: {kind: rigid, shape: cup, count: 40}}
+says: {breaks: it breaks, lands: then}
+checks:
+  measures: {parts: {kind: pieces, of: "cup[*]"}, part: {kind: largest_piece, of: "cup[*]"}}
+  events: {cracks: {kind: broken, bond: clay}, tears: {kind: threshold, measure: part, below: 0.5}}
+  expect: {breaks: {measure: parts, at: end, above: 8}, lands: {event: cracks, before: tears}}
+"""
+    assert faults(plan) == []
+
+
 def test_what_moved_may_be_quiet_again() -> None:
     speed, quiet = {"kind": "speed", "of": "bob"}, {"measure": "mine", "during": [2, "end"], "below": 0.1}
     changes = {"checks__measures__mine": speed, "checks__expect__mine": quiet, "says__mine": "f"}

@@ -29,7 +29,7 @@ from draft import Draft  # noqa: E402
 from hostile import OBJ, URDF  # noqa: E402
 from mutate import SOFT, mutations, originals_of  # noqa: E402
 
-SECONDS = 2.0
+SECONDS = 4.0
 GIGABYTES = 1.0
 WAIT = 40.0
 """Seconds on the clock after which a document is given up."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import KDTree
-from shapely import Polygon
+from shapely import MultiPoint
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import FaceBond
@@ -24,6 +24,8 @@ MAX_ANGLE_COSINE = 0.9998
 """Faces whose normals are opposite within 1 deg can be bonded."""
 MIN_SHARED = 5e-3
 """Least shared area, over that of a side of a cube of the smaller volume: less is an edge that they have in common."""
+FACET = 0.1
+"""Smallest area of a face of a hull that is looked at, over the least that is bonded."""
 CYLINDER_SIDES = 32
 """Corners of the polygon that stands for the end of a cylinder."""
 WIDE = 1e3
@@ -40,7 +42,9 @@ class Face(NamedTuple):
     normal: Array
     """Outward unit normal, shape (3,)."""
     corners: Array
-    """Corners [m], shape (k, 3), in order."""
+    """Corners [m], shape (k, 3), in any order."""
+    middle: Array
+    """Their mean [m], shape (3,)."""
 
 
 def face_bonds(control: Bond, copies: Sequence[Copy], folder: Path, line: int, name: str) -> list[FaceBond]:
@@ -53,9 +57,9 @@ def face_bonds(control: Bond, copies: Sequence[Copy], folder: Path, line: int, n
         line: Line of the control in the case.
         name: Name of the control.
     """
-    faces = [list(_faces_of(copy, folder)) for copy in copies]
     # By volume, so that a slender rod is bonded at its ends, too.
     least = [MIN_SHARED * _volume(copy, folder) ** (2 / 3) for copy in copies]
+    faces = [list(_faces_of(copy, folder, FACET * own)) for copy, own in zip(copies, least, strict=True)]
     gap = control.gap + ROUNDING
     found = []
     for i, j in _near(faces, gap):
@@ -96,21 +100,22 @@ def _near(faces: Sequence[Sequence[Face]], gap: float) -> Iterator[tuple[int, in
         yield from ((i, i + 1 + int(j)) for j in np.flatnonzero(close))
 
 
-def _faces_of(copy: Copy, folder: Path) -> Iterator[Face]:
-    """Yield the flat faces of the convex pieces of a copy, in the world."""
+def _faces_of(copy: Copy, folder: Path, smallest: float) -> Iterator[Face]:
+    """Yield the flat faces of the convex pieces of a copy, in the world; of hulls those of at least `smallest` [m2]."""
     if isinstance(copy.shape, Plane):
         turn = np.array(quat_to_rows(copy.quat)).T
         square = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]) * WIDE
-        yield Face(turn[2], square @ turn[:2] + np.array(copy.pos))
+        yield Face(turn[2], square @ turn[:2] + np.array(copy.pos), np.array(copy.pos))
         return
     for piece in pieces(copy.shape, folder):
         turn = np.array(quat_to_rows(quat_multiply(copy.quat, piece.quat)))
         shift = np.array(quat_to_rows(copy.quat)) @ np.array(piece.pos) + np.array(copy.pos)
-        for normal, corners in _own_faces(piece):
-            yield Face(turn @ normal, corners @ turn.T + shift)
+        for normal, corners in _own_faces(piece, smallest):
+            placed = corners @ turn.T + shift
+            yield Face(turn @ normal, placed, placed.mean(axis=0))
 
 
-def _own_faces(piece: Piece) -> Iterator[tuple[Array, Array]]:
+def _own_faces(piece: Piece, smallest: float) -> Iterator[tuple[Array, Array]]:
     """Yield normal and corners of each flat face of a piece, in its own frame."""
     if piece.kind == "box":
         half = np.array(piece.size) / 2
@@ -126,33 +131,26 @@ def _own_faces(piece: Piece) -> Iterator[tuple[Array, Array]]:
             ring = np.stack([radius * np.cos(turns), radius * np.sin(turns), flat], axis=1)
             yield np.array([0.0, 0.0, sign]), ring
     elif piece.faces:
-        yield from _flat_parts(np.array(piece.vertices), np.array(piece.faces))
+        yield from _flat_parts(np.array(piece.vertices), np.array(piece.faces), smallest)
 
 
-def _flat_parts(vertices: Array, triangles: Array) -> Iterator[tuple[Array, Array]]:
+def _flat_parts(vertices: Array, triangles: Array, smallest: float) -> Iterator[tuple[Array, Array]]:
     """Yield normal and corners of the faces of a convex hull, each of one or more triangles."""
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
     sizes = np.linalg.norm(normals, axis=1)
     whole = sizes > 1e-12
-    normals, corners = normals[whole] / sizes[whole, None], triangles[whole]
+    normals, corners, areas = normals[whole] / sizes[whole, None], triangles[whole], sizes[whole] / 2
     size = float(np.ptp(vertices, axis=0).max())
     offsets = np.einsum("ij,ij->i", normals, a[whole]) / max(size, 1e-12)
     planes = np.concatenate([normals, offsets[:, None]], axis=1)
     left = np.ones(len(planes), bool)
-    tree = KDTree(planes)
-    for k in range(len(planes)):
+    for k, near in enumerate(KDTree(planes).query_ball_point(planes, 10.0**-DIGITS)):
         if left[k]:
-            same = [one for one in tree.query_ball_point(planes[k], 10.0**-DIGITS) if left[one]]
+            same = [one for one in near if left[one]]
             left[same] = False
-            yield normals[k], _ring(vertices[np.unique(corners[same])], normals[k])
-
-
-def _ring(points: Array, normal: Array) -> Array:
-    """Return points of a convex face in order around its middle."""
-    u, v = _axes(normal)
-    away = points - points.mean(axis=0)
-    return points[np.argsort(np.arctan2(away @ v, away @ u))]
+            if areas[same].sum() >= smallest:
+                yield normals[k], vertices[np.unique(corners[same])]
 
 
 def _axes(normal: Array) -> tuple[Array, Array]:
@@ -167,8 +165,7 @@ def _opposite(ours: Sequence[Face], theirs: Sequence[Face], gap: float) -> Itera
     if not ours or not theirs:
         return
     (normals, middles), (others, their_middles) = (
-        (np.array([face.normal for face in own]), np.array([face.corners.mean(axis=0) for face in own]))
-        for own in (ours, theirs)
+        (np.array([face.normal for face in own]), np.array([face.middle for face in own])) for own in (ours, theirs)
     )
     away = normals @ their_middles.T - np.einsum("ij,ij->i", normals, middles)[:, None]
     facing = (normals @ others.T <= -MAX_ANGLE_COSINE) & (np.abs(away) <= gap)
@@ -177,15 +174,11 @@ def _opposite(ours: Sequence[Face], theirs: Sequence[Face], gap: float) -> Itera
 
 def _shared(one: Face, other: Face) -> tuple[float, Array, Array] | None:
     """Return area [m2], centre [m] and normal of what two opposite faces share; None if they do not overlap."""
-    origin = one.corners.mean(axis=0)
+    origin = one.middle
     away = (other.corners - origin) @ one.normal
     u, v = _axes(one.normal)
-    flat = [
-        Polygon(np.stack([(face.corners - origin) @ u, (face.corners - origin) @ v], axis=1)) for face in (one, other)
-    ]
-    if not all(polygon.is_valid for polygon in flat):
-        return None
-    both = flat[0].intersection(flat[1])
+    mine, theirs = (MultiPoint((face.corners - origin) @ np.stack([u, v], axis=1)).convex_hull for face in (one, other))
+    both = mine.intersection(theirs)
     if not both.area:
         return None
     x, y = both.centroid.coords[0]

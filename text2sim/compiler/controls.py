@@ -64,7 +64,7 @@ from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.names.selectors import body_of, parse_selector
 
 MAX_BONDS = 3000
-"""Most bonds of a scene: the engine's constraints have six rows for each, and as many columns as all bodies can move."""
+"""Most bonds of a scene: the engine solves six rows for each, over all degrees of freedom."""
 
 
 @dataclass

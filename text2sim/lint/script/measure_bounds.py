@@ -165,10 +165,10 @@ def _of_one(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
     if kind in ("count_in", "threaded"):
         return 0.0, float(len(targets)), _number_in_words(measure, targets)
     if kind == "pieces":
-        bonded = [target for target in targets if target.copy.name in facts.bonded]
-        tearing = any(isinstance(target.copy.model, Deformable) for target in targets)
-        why = f"there are {len(targets)} bodies" + (f", {len(bonded)} of them bonded" if bonded else "")
-        return float(len(targets) - max(len(bonded) - 1, 0)), inf if tearing else float(len(targets)), why
+        tearing = sum(isinstance(target.copy.model, Deformable) for target in targets)
+        # Bonds may join all rigid ones.
+        least = tearing + (len(targets) > tearing)
+        return float(least), inf if tearing else float(len(targets)), f"there are {len(targets)} bodies"
     if kind == "contact_count" and measure.by is not None:
         pairs = len(targets) * len(facts.once(Targets).select(measure.by))
         return 0.0, float(pairs), f"there are {pairs} pairs"

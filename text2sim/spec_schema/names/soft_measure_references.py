@@ -140,7 +140,7 @@ def _check_bonded(table: NameTable, kind: str, member: Member) -> bool:
     if any(body_of(selector) == member.name for bond in bonds for selector in listed(bond.of)):
         return False
     message = f"`{member.name}` has no {kind.replace('_', ' ')}: it is rigid, and no control of kind `bond` joins it"
-    table.report(member.where, f"{message}; it needs soft, or bonded copies", "measure-kind")
+    table.report(member.where, f"{message}; it needs soft, or bonded copies", "not-bonded")
     return True
 
 
