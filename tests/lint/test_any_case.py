@@ -123,7 +123,13 @@ def test_any_case(data: dict[str, Any]) -> None:
         assert problem.severity in ("error", "warning")
 
 
-STAGE = "text2sim: 1\nname: a\nscene: {duration: 1, statics: {floor: {shape: {kind: plane}}}}\nbodies:\n"
+STAGE = """\
+text2sim: 2
+name: a
+scene: {duration: 1, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  drum: {kind: rigid, shape: {kind: cylinder, radius: 0.3, height: 0.4}, mount: {kind: hinge}, pose: {pos: [0, 3, 1]}}
+"""
 
 
 @pytest.mark.parametrize("kind", sorted(load_examples()["bodies"]))
