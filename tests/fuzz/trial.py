@@ -30,6 +30,7 @@ from hostile import OBJ, URDF  # noqa: E402
 from mutate import SOFT, mutations, originals_of  # noqa: E402
 
 SECONDS = 4.0
+"""Of the processor; cutting two vases into fragments takes half of it."""
 GIGABYTES = 1.0
 WAIT = 40.0
 """Seconds on the clock after which a document is given up."""

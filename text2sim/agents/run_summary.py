@@ -203,8 +203,8 @@ def _is_long(names: Sequence[str]) -> bool:
 
 
 def _spans(rows: Sequence[Data], keys: Sequence[str]) -> list[tuple[float, float]]:
-    """Return the smallest and the largest value of each key; nothing without rows."""
-    return [(min(row[key] for row in rows), max(row[key] for row in rows)) for key in keys] if rows else []
+    """Return the smallest and the largest value of each key."""
+    return [(min(row[key] for row in rows), max(row[key] for row in rows)) for key in keys]
 
 
 def _events(events: Mapping[str, Data]) -> list[str]:

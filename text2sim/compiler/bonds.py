@@ -20,8 +20,8 @@ from text2sim.spec_schema.models.shapes import Plane
 
 Array = np.ndarray
 
-MAX_ANGLE_COSINE = 0.9998
-"""Faces whose normals are opposite within 1 deg can be bonded."""
+LEAST_COSINE = np.cos(np.radians(1))
+"""Of the angle between the one normal and the reverse of the other: faces within 1 deg of each other can be bonded."""
 MIN_SHARED = 5e-3
 """Least shared area, over that of a side of a cube of the smaller volume: less is an edge that they have in common."""
 FACET = 0.1
@@ -32,8 +32,8 @@ WIDE = 1e3
 """Half of the side of the square that stands for a plane [m]."""
 ROUNDING = 1e-6
 """Distance [m] within which positions agree, for a `gap` of 0."""
-DIGITS = 4
-"""Decimals to which the normals of coplanar triangles agree."""
+COPLANAR = 1e-4
+"""Difference of normals, and of heights over the size of a hull, within which triangles are of one face."""
 
 
 class Face(NamedTuple):
@@ -120,9 +120,8 @@ def _own_faces(piece: Piece, smallest: float) -> Iterator[tuple[Array, Array]]:
     if piece.kind == "box":
         half = np.array(piece.size) / 2
         for axis, sign in product(range(3), (-1.0, 1.0)):
-            normal, u, v = (np.roll(np.eye(3)[0], axis + k) for k in range(3))
-            ring = [(a, b) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-            yield sign * normal, np.array([half * (sign * normal + a * u + b * v) for a, b in ring])
+            corners = np.array([corner for corner in product((-1.0, 1.0), repeat=3) if corner[axis] == sign])
+            yield sign * np.eye(3)[axis], half * corners
     elif piece.kind == "cylinder":
         radius, height = piece.size
         turns = 2 * np.pi * np.arange(CYLINDER_SIDES) / CYLINDER_SIDES
@@ -145,7 +144,7 @@ def _flat_parts(vertices: Array, triangles: Array, smallest: float) -> Iterator[
     offsets = np.einsum("ij,ij->i", normals, a[whole]) / max(size, 1e-12)
     planes = np.concatenate([normals, offsets[:, None]], axis=1)
     left = np.ones(len(planes), bool)
-    for k, near in enumerate(KDTree(planes).query_ball_point(planes, 10.0**-DIGITS)):
+    for k, near in enumerate(KDTree(planes).query_ball_point(planes, COPLANAR)):
         if left[k]:
             same = [one for one in near if left[one]]
             left[same] = False
@@ -168,7 +167,7 @@ def _opposite(ours: Sequence[Face], theirs: Sequence[Face], gap: float) -> Itera
         (np.array([face.normal for face in own]), np.array([face.middle for face in own])) for own in (ours, theirs)
     )
     away = normals @ their_middles.T - np.einsum("ij,ij->i", normals, middles)[:, None]
-    facing = (normals @ others.T <= -MAX_ANGLE_COSINE) & (np.abs(away) <= gap)
+    facing = (normals @ others.T <= -LEAST_COSINE) & (np.abs(away) <= gap)
     yield from ((ours[i], theirs[j]) for i, j in np.argwhere(facing).tolist())
 
 

@@ -1,11 +1,11 @@
 """Bonds of rigid bodies: what broke, and what still hangs together."""
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from text2sim.evidence.recorded_case import RecordedCase
+from text2sim.evidence.recorded_case import RecordedCase, links_of
 from text2sim.evidence.selection import RecordedTarget
 from text2sim.evidence.tearing import connected
 from text2sim.recording.bonds import BondRecord
@@ -26,7 +26,7 @@ def breaks(recording: RecordedCase, control: str) -> list[dict[str, Any]]:
     ]
 
 
-def pieces(recording: RecordedCase, targets: Iterable[RecordedTarget]) -> tuple[Array, Array]:
+def pieces(recording: RecordedCase, targets: Sequence[RecordedTarget]) -> tuple[Array, Array]:
     """Return the number of pieces into which bonded bodies have come apart, and the largest one's part of their mass.
 
     Args:
@@ -36,23 +36,18 @@ def pieces(recording: RecordedCase, targets: Iterable[RecordedTarget]) -> tuple[
     Returns:
         Both of shape (F,).
     """
-    states = recording.states
-    links = {target.copy: k for k, target in enumerate(targets)}
-    masses = np.zeros(len(links))
-    for link in states.links:
-        if link.body in links:
-            masses[links[link.body]] += link.mass
-    bonds = [bond for bond in states.bonds if all(name in links for name in bond.between)]
-    moments = sorted({0.0, *(bond.broken_at for bond in bonds if bond.broken_at is not None)})
+    masses = np.array([recording.masses[links_of([target])].sum() for target in targets])
+    number = {target.copy: k for k, target in enumerate(targets)}
+    bonds = [bond for bond in recording.states.bonds if all(name in number for name in bond.between)]
+    pairs = np.array([[number[name] for name in bond.between] for bond in bonds], int).reshape(-1, 2)
+    ends = np.array([np.inf if bond.broken_at is None else bond.broken_at for bond in bonds])
+    moments = np.unique([0.0, *ends[np.isfinite(ends)]])
     counts, largest = [], []
     for moment in moments:
-        whole = [bond for bond in bonds if bond.broken_at is None or bond.broken_at > moment]
-        pairs = np.array([[links[name] for name in bond.between] for bond in whole], int).reshape(-1, 2)
-        piece = connected(pairs, len(links))
-        sizes = np.bincount(piece, weights=masses)
+        sizes = np.bincount(connected(pairs[ends > moment], len(number)), weights=masses)
         counts.append(len(sizes))
         largest.append(sizes.max() / masses.sum() if masses.sum() > 0 else 1.0)
-    frame = np.searchsorted(moments, states.time + 1e-9, side="right") - 1
+    frame = np.searchsorted(moments, recording.states.time + 1e-9, side="right") - 1
     return np.array(counts, float)[frame], np.array(largest)[frame]
 
 

@@ -162,12 +162,8 @@ class FilmStage:
             liquids = mi.load_dict({"type": "scene"} | backdrop | shapes | water, optimize=False)
         clear = [batch for batch in self._rigid if batch.is_clear]
         skins = self._soft is not None and self._soft.has_skins
-        # Besides lamps, glass and water reflect the lit room. A dome replaces it, bright above and fading towards the
-        # floor: otherwise a flat pane would reflect a hard line between the two.
-        film = self.recording.film
-        room = dome(gradient(linear(np.asarray(film["background"])) * ROOM_BRIGHTNESS / film["gain"], np.zeros(3)))
         if not (clear or skins) or not gloss:
-            return FilmMoment(solid, liquids=liquids, room=room)
+            return FilmMoment(solid, liquids=liquids, room=None if liquids is None else self._room)
         # A black mirror instead of black paint: a mirror sends no rays to the lamps.
         black = mi.load_dict({"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}})
         colored = {batch.name: batch.shape(pos, quat) for batch in clear if batch.filters}
@@ -180,9 +176,18 @@ class FilmStage:
             shapes |= self._soft.shapes(around, black) | clear_skins
         filters = mi.load_dict({"type": "scene"} | colored, optimize=False) if colored else None
         shapes |= {name: make(black) for name, (make, _) in self._backdrop.items()}
-        shapes["dome"] = room
+        shapes["dome"] = self._room
         gleaming = mi.load_dict(self._fixed | shapes, optimize=False)
-        return FilmMoment(solid, gleaming, filters, liquids, room)
+        return FilmMoment(solid, gleaming, filters, liquids, self._room)
+
+    @cached_property
+    def _room(self) -> Any:
+        """What glass and water reflect besides lamps: a dome in place of the lit room.
+
+        It is bright above and fades towards the floor: otherwise a flat pane would reflect a hard line between the two.
+        """
+        film = self.recording.film
+        return dome(gradient(linear(np.asarray(film["background"])) * ROOM_BRIGHTNESS / film["gain"], np.zeros(3)))
 
     def _make_backdrop(self) -> dict[str, tuple[Callable[[Any], Any], Any]]:
         """Return for the floor and the wall a factory that takes a material, and the default material."""

@@ -9,9 +9,10 @@ welds would load small faces as much as large ones.
 import genesis as gs
 import numpy as np
 from genesis.utils.misc import qd_to_torch
+from recorder import INVERSE, rotate
 
 SLACK = 0.01
-"""One minus the impedance of the median bond of a control. With 0.05, loads at rest are the same and blows softer."""
+"""One minus the impedance of the median bond of a control: the smaller, the stiffer it is, and the harder are blows."""
 MOST_SLACK = 0.9
 """The same of the smallest bonds, at most."""
 
@@ -29,7 +30,6 @@ class Bonds:
 
     def __init__(self, scene, bodies, rows, gone=frozenset()):
         self.solver, self.rows, self.gone = scene.rigid_solver, rows, gone
-        self.index = {}  # pair of links -> row
         links = [tuple(_main_link(bodies[name]) for name in row[1:3]) for row in rows]
         area, self.strength, self.shear_strength = (np.array([row[k] for row in rows]) for k in (5, 6, 7))
         self.area, self.radius = area, np.sqrt(area / np.pi)
@@ -39,15 +39,16 @@ class Bonds:
         # joint may have no inverse mass or inertia.
         free = (inverse > 1e-9).all(axis=1)
         self.arm = np.sqrt(np.divide(inverse[:, 1], inverse[:, 0], out=self.radius**-2, where=free)) * self.radius
-        self.normals = np.zeros((len(rows), 2, 3))  # in the world at the start, and in the frame of the second link
+        self.pairs = [(a.idx, b.idx) for a, b in links]
+        self.index = {pair: i for i, pair in enumerate(self.pairs)}  # of the bonds that hold
+        self.normals = np.zeros((len(rows), 2, 3))  # in the frames of both links
         self.first_link = np.array([a.idx for a, _ in links])
         for i, ((a, b), row) in enumerate(zip(links, rows, strict=True)):
             (pos, quat), (_, other) = _frame(a), _frame(b)
-            self.normals[i] = _turned_back(quat, row[4]), _turned_back(other, row[4])
+            self.normals[i] = _rotate_back(quat, row[4]), _rotate_back(other, row[4])
             self.solver.constraint_solver.add_dynamic_constraint(
-                gs.EQUALITY_TYPE.WELD, a.idx, b.idx, a.idx, _turned_back(quat, np.array(row[3]) - pos), (self.arm[i],)
+                gs.EQUALITY_TYPE.WELD, a.idx, b.idx, a.idx, _rotate_back(quat, np.array(row[3]) - pos), (self.arm[i],)
             )
-            self.index[a.idx, b.idx] = i
         self._stiffen(np.where(free, area * inverse[:, 0], np.nan))
         self.peak, self.peak_at = np.zeros(len(rows)), np.zeros(len(rows))
         self.broken = {}  # row -> time [s], and by what
@@ -77,7 +78,7 @@ class Bonds:
         at = np.array([self.index.get(pair, -1) for pair in pairs])
         load, at = welds["force"].reshape(-1, 6)[at >= 0].astype(float), at[at >= 0]
         first = self.solver.get_links_quat(self.first_link[at], relative=False).cpu().numpy().astype(float)
-        pull, shear = _split(load[:, :3], _turned(first, self.normals[at, 0]))
+        pull, shear = _split(load[:, :3], rotate(first, self.normals[at, 0]))
         # The rows of the rotation count half angles times the arm, in the frame of the second link.
         twist, bend = _split(load[:, 3:] * self.arm[at, None] / 2, self.normals[at, 1])
         area, radius = self.area[at], self.radius[at]
@@ -90,7 +91,7 @@ class Bonds:
         for k in np.flatnonzero(worst >= 1.0):
             row = int(at[k])
             self.broken[row] = t, ("tension", "shear")[int(loads[:, k].argmax())]
-            self._part(next(pair for pair, index in self.index.items() if index == row))
+            self._part(self.pairs[row])
 
     def report(self):
         """Return the largest load of each bond, as a fraction of its strength, and when and why it broke."""
@@ -140,14 +141,8 @@ def _frame(link):
     return tuple(one().cpu().numpy().astype(float).reshape(-1) for one in get)
 
 
-def _turned(quat, vector):
-    """Turn vectors, shape (..., 3), by unit quaternions, shape (..., 4)."""
-    twist = 2.0 * np.cross(quat[..., 1:], vector)
-    return vector + quat[..., :1] * twist + np.cross(quat[..., 1:], twist)
-
-
-def _turned_back(quat, vector):
-    return _turned(quat * np.array([1.0, -1.0, -1.0, -1.0]), np.asarray(vector, float))
+def _rotate_back(quat, vector):
+    return rotate(quat * INVERSE, np.asarray(vector, float))
 
 
 def _split(vectors, normals):

@@ -236,7 +236,8 @@ def _apart(part: Manifold, ids: set[int], depth: int = 0) -> list[tuple[Manifold
         return [(piece, ids) for piece in pieces]
     largest = sorted(pieces, key=lambda piece: -piece.volume())[:2]
     a, b = (np.array(_middle(piece)) for piece in largest)
-    normal = (b - a) / np.linalg.norm(b - a)
+    away = float(np.linalg.norm(b - a))
+    normal = (b - a) / away if away else np.eye(3)[2]  # one within the other
     found = []
     for side in part.split_by_plane(normal.tolist(), float(normal @ (a + b) / 2)):
         if side.volume() > SPLINTER * part.volume():

@@ -160,8 +160,7 @@ def snow_hardening(material: SnowMaterial, impact: float) -> float:
 
     Its stress is about the modulus E times the strain `crush`, times h = exp(10 e) once it is compressed by a part e of
     its volume. A blow compresses it until the work E crush (h - 1) / 10 per volume is the kinetic energy rho v^2 / 2,
-    so that h = 1 + 5 rho v^2 / (E crush). A ball of 400 kg/m3, 4e5 Pa and crush 0.03 that hits a wall at 14 m/s, so
-    that h = 34, diverges with half of the substeps that follow, and not with these.
+    so that h = 1 + 5 rho v^2 / (E crush).
 
     Args:
         material: Of the snow.
