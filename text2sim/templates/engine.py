@@ -6,6 +6,7 @@ from hashlib import sha256
 import genesis as gs
 import quadrants as qd
 from genesis.engine.couplers import SAPCoupler, sap_coupler
+from genesis.engine.solvers.rigid.abd import forward_kinematics
 from genesis.engine.solvers.rigid.collider import support_field
 from genesis.utils import array_class
 from genesis.utils import geom as gu
@@ -25,6 +26,7 @@ def mend(sap: bool = False) -> None:
             do without them.
     """
     _mend_cylinders()
+    _mend_ball_springs()
     if sap:
         _mend_motionless_scenes()
         _mend_deep_contacts()
@@ -102,6 +104,24 @@ def _mend_contact_room() -> None:
 
     handler.__init__ = with_capacity
     qd.__version_str__ += f"+{CONTACT_CAPACITY_FACTOR}"
+
+
+def _mend_ball_springs() -> None:
+    """Keeps twisted ropes from shaking themselves apart.
+
+    Genesis 1.4.5 takes the three Euler angles of a ball joint as the moments of its spring. Bent and twisted, that moment
+    has no potential: a rope of 50 links with two turns in it gained energy until it flew apart. The moment of an isotropic
+    spring of energy `k |r|^2 / 2` is `-k r`, with the rotation vector r. The fix makes it the position of the joint.
+    """
+    if "qd_quat_to_xyz" not in inspect.getsource(forward_kinematics):
+        return
+    gu.qd_quat_to_xyz, gu.qd_xyz_to_quat = gu.qd_quat_to_rotvec, _rotvec_to_quat
+    qd.__version_str__ += "+rotvec"
+
+
+@qd.func
+def _rotvec_to_quat(rotvec):
+    return gu.qd_rotvec_to_quat(rotvec, gs.EPS)
 
 
 def _at_least_one(sizes):

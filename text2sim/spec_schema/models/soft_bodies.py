@@ -171,7 +171,8 @@ class Rope(Linked):
     anchored: Bool = True
     """Attach its first end to the world."""
     youngs_modulus: NonNegative = 0.0
-    """Young's modulus E [Pa] for bending: each joint is a spring of `E I / segment length`. 0 is a limp rope."""
+    """Young's modulus E [Pa]: each joint is a spring of `E I / segment length`, `I = pi radius^4 / 4`, against bending and
+    against twist: the moment `E I angle / length` twists it by an angle, as a round rod with Poisson's ratio 0. 0 is limp."""
     damping: NonNegative | None = None
     """Viscous damping [N m s/rad] of each joint; derived by default."""
     self_collision: Bool = False
