@@ -152,7 +152,9 @@ class Round(Model):
 class Rope(Linked):
     """A rope of capsule links on ball joints, straight at the start or laid `along`; `pose` is that of its first end.
 
-    Its links are named `link_0`, `link_1`, … from the first end on. On a drum with a horizontal axis, a turn without
+    Its links are named `link_0`, `link_1`, … from the first end on. To clamp an end so that it can be turned, attach its
+    link to a driven body that spins, with `anchored: false`: with a `youngs_modulus` the rope carries the twist, and with
+    `self_collision` a slack one throws a loop after some turns and winds around itself. On a drum with a horizontal axis, a turn without
     tension flies off above `w^2 r = g` (angular velocity w [rad/s], radius r).
     """
 
