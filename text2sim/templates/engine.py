@@ -109,9 +109,10 @@ def _mend_contact_room() -> None:
 def _mend_ball_springs() -> None:
     """Keeps twisted ropes from shaking themselves apart.
 
-    Genesis 1.4.5 takes the three Euler angles of a ball joint as the moments of its spring. Bent and twisted, that moment
-    has no potential: a rope of 50 links with two turns in it gained energy until it flew apart. The moment of an isotropic
-    spring of energy `k |r|^2 / 2` is `-k r`, with the rotation vector r. The fix makes it the position of the joint.
+    Genesis 1.4.5 multiplies the stiffness of a ball joint's spring with its three Euler angles. The moment of a joint
+    that is bent and twisted then has no potential: a rope of 50 links with two turns in it gained energy until it flew
+    apart. The moment of a spring of energy `k |r|^2 / 2` is `-k r`, with the rotation vector r. The fix makes it the
+    position of ball and free joints, in both directions.
     """
     if "qd_quat_to_xyz" not in inspect.getsource(forward_kinematics):
         return

@@ -151,8 +151,8 @@ def rope_tree(rope: Rope, direction: Vec, rgba: Rgba) -> Tree:
     """Return a rope as capsules on ball joints, which cannot stretch.
 
     A bend of the angle b between two links of length l is a curve of curvature b / l: the bending moment E I b / l is
-    that of a spring of stiffness E I / l. I = pi r^4 / 4 is the second moment of area of a round section. Springs of ball
-    joints are isotropic, so that the same stiffness resists twist: G J / l with J = 2 I and G = E / 2, that of Poisson's
+    that of a spring of stiffness E I / l. I = pi r^4 / 4 is the second moment of area of a round section. Springs of
+    ball joints are isotropic: the same stiffness resists twist, G J / l with J = 2 I and G = E / 2, that of Poisson's
     ratio 0. The first joint, which holds the rope, turns freely.
 
     Args:

@@ -152,10 +152,10 @@ class Round(Model):
 class Rope(Linked):
     """A rope of capsule links on ball joints, straight at the start or laid `along`; `pose` is that of its first end.
 
-    Its links are named `link_0`, `link_1`, … from the first end on. To clamp an end so that it can be turned, attach its
-    link to a driven body that spins, with `anchored: false`: with a `youngs_modulus` the rope carries the twist, and with
-    `self_collision` a slack one throws a loop after some turns and winds around itself. On a drum with a horizontal axis, a turn without
-    tension flies off above `w^2 r = g` (angular velocity w [rad/s], radius r).
+    Its links are named `link_0`, `link_1`, … from the first end on. To turn an end about the rope, attach its link to a
+    driven body that spins, with `anchored: false`: with a `youngs_modulus` the rope carries the twist, and with
+    `self_collision` a slack one throws a loop after some turns and winds around itself. On a drum with a horizontal
+    axis, a turn without tension flies off above `w^2 r = g` (angular velocity w [rad/s], radius r).
     """
 
     kind: Literal["rope"]
@@ -173,8 +173,8 @@ class Rope(Linked):
     anchored: Bool = True
     """Attach its first end to the world."""
     youngs_modulus: NonNegative = 0.0
-    """Young's modulus E [Pa]: each joint is a spring of `E I / segment length`, `I = pi radius^4 / 4`, against bending and
-    against twist: the moment `E I angle / length` twists it by an angle, as a round rod with Poisson's ratio 0. 0 is limp."""
+    """Young's modulus E [Pa]: each joint is a spring of `E I / segment length`, `I = pi radius^4 / 4`, against bending
+    and twist: a torque `E I angle / length` twists the rope, as a round rod of Poisson's ratio 0. 0 is a limp rope."""
     damping: NonNegative | None = None
     """Viscous damping [N m s/rad] of each joint; derived by default."""
     self_collision: Bool = False
