@@ -46,6 +46,7 @@ MOMENTS = {
     "squeeze_through": 0.55,
     "trampoline": 0.46,
     "tumbler": 3.5,
+    "wound_cord": 4.2,
     "wrecking_ball": 1.35,
 }
 """Simulated time [s] of each picture."""
