@@ -222,9 +222,9 @@ class Filming:
                 assert found is not None, "without liquids"
                 return found
 
-            for kept in (self._backgrounds, self._many):
-                if len(kept) >= MAX_BACKGROUNDS:
-                    kept.pop(next(iter(kept)))  # films are traced one after the other
+            if len(self._backgrounds) >= MAX_BACKGROUNDS:  # films are traced one after the other
+                self._backgrounds.clear()
+                self._many.clear()
             if frame not in self._many:
                 self._many[frame] = sampled(MANY, 1).smooth
             self._backgrounds[key] = background(sampled(how.samples, moments), self._many[frame])

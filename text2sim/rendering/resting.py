@@ -1,8 +1,8 @@
 """Frames in which nothing moves visibly: each is replaced by an earlier frame that looks the same.
 
 Bodies at rest still move by micrometres, so no two frames have the same digest. Without this, the second before
-an event and the rest at the end would cost as much as the event. A part of what is saved is spent on more samples of the
-frame that stays, which is looked at longest.
+an event and the rest at the end would cost as much as the event. A part of what is saved is spent on more samples of
+the frame that stays, which is looked at longest.
 """
 
 from collections.abc import Iterable
