@@ -3,8 +3,8 @@
 All pictures have the same seed. Where no path meets anything that moves, the samples of a picture equal those of
 another moment exactly, and so does the error that remains after denoising. This error is known at one moment of each
 standing camera, which is traced with few samples and with many: a control variate,
-https://en.wikipedia.org/wiki/Control_variates. It has no ghosts: a shadow that is only in one of the two moments is in
-both of its pictures.
+https://en.wikipedia.org/wiki/Control_variates. Nothing of that moment shows through: what is added is the difference
+of two pictures of it.
 """
 
 from collections import defaultdict
@@ -26,6 +26,8 @@ WORTH = 2
 """Least samples of all pictures of a standing camera, as a multiple of MANY, for which it is traced."""
 AROUND, MARGIN = 4.0, 2.0
 """Standard deviations of the weights by which pixels are averaged, and of the margin around what moves [pixels]."""
+DIFFERENT = 0.1
+"""Relative difference in brightness, as a root of radiance, from which nothing is added."""
 
 
 @dataclass(frozen=True)
@@ -63,12 +65,15 @@ def sharpened(picture: Sampled, behind: Background) -> Array:
     The share that is added is the correlation of the samples, which is 1 where they are equal, and 0 where the light
     has changed so much that they have nothing in common.
     """
-    moved = maximum_filter((picture.first != behind.few.first).any(axis=-1), 3).astype(np.float32)
+    moved = maximum_filter((picture.first != behind.few.first).any(axis=-1), 5).astype(np.float32)
     away = 1 - np.clip(2 * gaussian_filter(moved, MARGIN), 0, 1)
     change = _brightness(picture.noisy) - _brightness(behind.few.noisy)
     varied = _averaged(change**2) - _averaged(change) ** 2
     # The variance of the difference of two equally noisy pictures is 2 (1 - correlation) times that of each.
     alike = np.clip(1 - varied / np.maximum(2 * behind.noise, 1e-12), 0, 1)
+    before, now = _brightness(behind.few.smooth), _brightness(picture.smooth)
+    # What has the colour of a neighbour that moves, since it was denoised, has another error.
+    alike *= np.clip(1 - np.abs(now - before) / np.maximum(DIFFERENT * np.maximum(now, before), 1e-9), 0, 1)
     return np.maximum(picture.smooth + (away * alike)[..., None] * behind.error, 0)
 
 
