@@ -60,3 +60,15 @@ def test_what_a_standing_camera_sees_is_traced_once_if_there_are_enough_pictures
 )
 def test_held_frames_have_more_samples(samples: int, pictures: int, held: int) -> None:
     assert held_samples(samples, pictures) == held
+
+
+def test_a_body_that_was_there_leaves_no_ghost() -> None:
+    """Denoising has mixed its brightness into its surroundings."""
+    nothing = np.zeros((64, 96, 8))
+    body = nothing.copy()
+    body[20:40, 10:30] = 1.0
+    bright = np.where(body[..., :1] > 0, 5.0, TRUTH)
+    picture = sampled(TRUTH, 0, nothing)
+    shown = sharpened(picture, background(sampled(bright, 0, body), bright))
+    around = np.s_[14:46, 30:40]
+    assert np.abs(shown[around] - picture.smooth[around]).max() < np.abs(TRUTH - picture.smooth)[around].max()
