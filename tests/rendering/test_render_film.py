@@ -242,7 +242,7 @@ def test_what_is_behind_dark_glass_is_there_in_a_blurred_draft_too(make_run: Mak
 
 
 def test_the_better_the_picture_the_finer_its_edges(make_run: MakeRun) -> None:
-    run = make_run({"crate": CRATE})
+    run = make_run({"crate": CRATE | {"velocity": (1, 0, 0)}})
     steps = []
     for quality in ("draft", "final"):
         filming = Filming(read_recording(run), quality, size=(64, 36))

@@ -69,10 +69,9 @@ def fitted(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: fl
         if not parts[-1]:  # already rendered
             parts.append(filming.trace(frame).seconds)
     taken = parts[-1]
-    tracing = taken["trace"] + taken["gloss"]
-    return cut_down(
-        filming, reels, minutes, FrameTime(taken["update"], tracing, sum(taken.values()) - tracing - taken["update"])
-    )
+    tracing = (taken["trace"] + taken["gloss"]) * filming.samples / filming.samples_of(frame)
+    finishing = taken["guides"] + taken["denoise"]  # the background is traced once, and counted as samples
+    return cut_down(filming, reels, minutes, FrameTime(taken["update"], tracing, finishing))
 
 
 def cut_down(
@@ -95,11 +94,11 @@ def cut_down(
         size = tuple(max(16, round(length * scale / 2) * 2) for length in filming.size)
         other = filming.variant((size[0], size[1]), fps, samples) if found else filming
         cut = reels(other)
-        wanted = {other.finished(frame) for reel in cut for frame in reel.frames}
-        missing = sum(not path.is_file() for path in wanted)
-        each = frame_time.update + scale**2 * (frame_time.finishing + frame_time.tracing * samples / filming.samples)
-        found.append(FittedFilm(other, cut, missing, missing * each, found[0].whole if found else missing * each))
-        if missing * each <= 60 * minutes:
+        missing, traced = other.missing(cut)
+        finishing, tracing = missing * frame_time.finishing, traced * frame_time.tracing / filming.samples
+        seconds = missing * frame_time.update + scale**2 * (finishing + tracing)
+        found.append(FittedFilm(other, cut, missing, seconds, found[0].whole if found else seconds))
+        if seconds <= 60 * minutes:
             break
     return found[-1]
 

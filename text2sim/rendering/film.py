@@ -4,6 +4,7 @@ RUN/render/frames/<digest>.png      finished frames, without the overlay
 RUN/render/<quality>.mp4            the film; <quality>_<camera>.mp4 those of other cameras
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterator
 from copy import copy
 from dataclasses import dataclass, replace
@@ -19,9 +20,10 @@ from text2sim.recording.film_record import FilmRecord
 from text2sim.recording.run_files import read_measures
 from text2sim.rendering import tone
 from text2sim.rendering.backdrop import clearness, sky
+from text2sim.rendering.background import MANY, Background, Sampled, background, references
 from text2sim.rendering.frames import Digests, remove_abandoned, save
 from text2sim.rendering.renderer import mitsuba
-from text2sim.rendering.resting import drawn_frames
+from text2sim.rendering.resting import drawn_frames, held_samples
 from text2sim.rendering.scene import FilmStage, sensor
 from text2sim.rendering.trace import QUALITIES, Quality, Traced, trace
 from text2sim.spec_schema.errors import RunError
@@ -33,6 +35,8 @@ from text2sim.templates.video import Video
 Format = Literal["png", "exr"]
 MAX_SKIES = 8
 """Largest number of painted skies that are kept."""
+MAX_BACKGROUNDS = 12
+"""Largest number of backgrounds that are kept; each takes about 100 MB at 1280x720."""
 ENCODER = {"draft": (18, "medium"), "final": (16, "slow")}
 """Constant rate factor and preset of the encoder, by quality."""
 
@@ -92,6 +96,10 @@ class Filming:
         self._cameras = Cameras(recording.film, recording.states)
         self._digests = Digests(recording, self._how, self.size)
         self._drawn: dict[Frame, Frame] = {}
+        self._samples: dict[Frame, int] = {}
+        self._references: dict[Frame, Frame] = {}
+        self._backgrounds: dict[tuple[Frame, int, int], Background] = {}
+        self._many: dict[Frame, Any] = {}
         self._skies: dict[bytes, Any] = {}
 
     @cached_property
@@ -120,6 +128,7 @@ class Filming:
         other = copy(self)
         other.size, other.fps, other._how, other._drawn = size, fps, replace(self._how, samples=samples), {}
         other._shutter = self._shutter * min(1.0, fps / self.fps)  # fewer pictures are no more blurred
+        other._samples, other._references, other._backgrounds, other._many = {}, {}, {}, {}
         other._digests, other._skies = Digests(self.recording, other._how, size), {}
         return other
 
@@ -147,7 +156,10 @@ class Filming:
         paths = []
         for name, shots in found.items():
             pictures = frames(film, shots, self.recording.last)
-            self._drawn |= drawn_frames(pictures, self.recording, self._cameras, self.size[1])
+            drawn = drawn_frames(pictures, self.recording, self._cameras, self.size[1])
+            self._drawn |= drawn
+            self._samples |= {frame: held_samples(self.samples, k) for frame, k in Counter(drawn.values()).items()}
+            self._references |= references(drawn.values(), self._cameras, self.samples)
             if span is not None:
                 if not pictures[slice(*span)]:
                     raise RunError(
@@ -164,19 +176,59 @@ class Filming:
             paths.append(Reel(name.replace(MAIN, self.quality, 1), pictures))
         return paths
 
+    def samples_of(self, frame: Frame) -> int:
+        """Return the samples per pixel of a frame: more if it is held."""
+        return self._samples.get(self._drawn.get(frame, frame), self.samples)
+
+    def missing(self, reels: list[Reel]) -> tuple[int, int]:
+        """Return the number of frames to trace, and their samples per pixel altogether, with those of backgrounds."""
+        frames = {self.finished(frame): self._drawn.get(frame, frame) for reel in reels for frame in reel.frames}
+        todo = [frame for path, frame in frames.items() if not path.is_file()]
+        few = {(self._references[frame], self.samples_of(frame)) for frame in todo if frame in self._references}
+        behind = MANY * len({reference for reference, _ in few}) + sum(samples for _, samples in few)
+        return len(todo), sum(map(self.samples_of, todo)) + behind
+
     def trace(self, frame: Frame) -> Traced:
         """Trace one frame."""
+        frame = self._drawn.get(frame, frame)
+        how = replace(self._how, samples=self.samples_of(frame))
         start = perf_counter()
-        stage, moments, view, frame = self.stage, [], None, self._drawn.get(frame, frame)
-        for t, part in frame.moments(self._how.blur):
+        reference = self._references.get(frame)
+        behind = None if reference is None else self._background(reference, how, len(frame.moments(how.blur)))
+        behind_took = perf_counter() - start
+        start = perf_counter()
+        stage, moments, view = self.stage, [], None
+        for t, part in frame.moments(how.blur):
             view = self._cameras.view(frame.camera, t, part)
             moments.append((stage.at(t), sensor(view, self.size)))
         update = perf_counter() - start
-        traced = trace(moments, self._how, self.recording.film["gain"])
-        traced.seconds["update"] = update
+        traced = trace(moments, how, self.recording.film["gain"], behind)
+        traced.seconds |= {"update": update, "background": behind_took}
         if view is not None:
             traced.behind, traced.haze = self._sky(view), stage.haze(view.pos)
         return traced
+
+    def _background(self, frame: Frame, how: Quality, moments: int) -> Background | None:
+        """Return what the camera of a frame sees at its time, as the mean of equal moments; None with clear liquids."""
+        key = frame, how.samples, moments
+        if key not in self._backgrounds:
+            moment = self.stage.at(frame.t, gloss=False)
+            seen = moment, sensor(self._cameras.view(frame.camera, frame.t, frame.part), self.size)
+            if moment.liquids is not None:
+                return None
+
+            def sampled(samples: int, count: int) -> Sampled:
+                found = trace([seen] * count, replace(how, samples=samples), self.recording.film["gain"]).sampled
+                assert found is not None, "without liquids"
+                return found
+
+            if len(self._backgrounds) >= MAX_BACKGROUNDS:  # films are traced one after the other
+                self._backgrounds.clear()
+                self._many.clear()
+            if frame not in self._many:
+                self._many[frame] = sampled(MANY, 1).smooth
+            self._backgrounds[key] = background(sampled(how.samples, moments), self._many[frame])
+        return self._backgrounds[key]
 
     def _sky(self, view: View) -> Any:
         """Return what is behind all surfaces; it is painted once for a camera that stands still."""
@@ -198,7 +250,9 @@ class Filming:
 
     def finished(self, frame: Frame, format: Format = "png") -> Path:
         """Return the path of a frame, which may not exist yet."""
-        return self.folder / "frames" / f"{self._digests(self._drawn.get(frame, frame))}.{format}"
+        drawn = self._drawn.get(frame, frame)
+        digest = self._digests(drawn, self.samples_of(drawn), self._references.get(drawn))
+        return self.folder / "frames" / f"{digest}.{format}"
 
     def render(
         self,

@@ -15,7 +15,7 @@ from text2sim.spec_schema.whole_files import replacing
 from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras
 
-DRAWING_VERSION = 32
+DRAWING_VERSION = 33
 """Version of this package's output; incremented whenever it draws the same scene differently."""
 ABANDONED = 3600.0
 """Age [s] from which an incomplete file counts as abandoned."""
@@ -48,10 +48,18 @@ class Digests:
             ).encode()
         )
 
-    def __call__(self, frame: Frame) -> str:
-        """Return the digest of a frame."""
+    def __call__(self, frame: Frame, samples: int, reference: Frame | None = None) -> str:
+        """Return the digest of a frame.
+
+        Args:
+            frame: The frame.
+            samples: Its samples per pixel.
+            reference: The frame whose background it shows; None without one.
+        """
         states, digest = self._recording.states, self._common.copy()
-        for t, part in frame.moments(self._quality.blur):
+        digest.update(str(samples).encode())
+        behind = [] if reference is None else [(reference.t, reference.part)]
+        for t, part in [*frame.moments(self._quality.blur), *behind]:
             view = self._cameras.view(frame.camera, t, part)
             arrays: list[Any] = [*states.poses(t), *view]
             if states.soft is not None:

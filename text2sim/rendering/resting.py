@@ -1,7 +1,8 @@
 """Frames in which nothing moves visibly: each is replaced by an earlier frame that looks the same.
 
 Bodies at rest still move by micrometres, so no two frames have the same digest. Without this, the second before
-an event and the rest at the end would cost as much as the event.
+an event and the rest at the end would cost as much as the event. A part of what is saved is spent on more samples of
+the frame that stays, which is looked at longest.
 """
 
 from collections.abc import Iterable
@@ -20,6 +21,17 @@ VISIBLE = 0.2
 """Smallest motion that is drawn [pixels]."""
 CAMERA_RESTS = 1e-5
 """Largest motion of a resting camera, as a fraction of its distance to the point that it looks at."""
+
+EXACT = (4, 8, 16, 36, 64)
+"""Samples per pixel that the sampler distributes evenly."""
+SPENT, MOST = 0.5, 8
+"""Fraction of the time saved by a held frame that is spent on its samples, and the largest factor on them."""
+
+
+def held_samples(samples: int, pictures: int) -> int:
+    """Return the samples per pixel of a frame that stands for a number of pictures."""
+    most = samples * min(SPENT * pictures, MOST)
+    return max([samples, *(exact for exact in EXACT if exact <= most)])
 
 
 def drawn_frames(frames: Iterable[Frame], recording: FilmRecord, cameras: Cameras, height: int) -> dict[Frame, Frame]:

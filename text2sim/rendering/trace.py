@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, uniform_filter
 
+from text2sim.rendering.background import Background, Sampled, sharpened
 from text2sim.rendering.filters import passed
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.scene import FilmMoment
@@ -82,15 +83,20 @@ class Traced:
     """Picture behind all surfaces, in sRGB; the background if None."""
     haze: float = 0.0
     """Distance from the camera at which endless ground fades [m]; 0 without haze."""
+    sampled: Sampled | None = None
+    """Surfaces alone, without what clear glass adds; None with clear liquids."""
 
 
-def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: float) -> Traced:
+def trace(
+    moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: float, behind: Background | None = None
+) -> Traced:
     """Trace a frame as the mean over several moments.
 
     Args:
         moments: Scene and sensor of each.
         quality: Sampling quality.
         gain: Factor that maps a lit white sheet to 1.
+        behind: Background of a standing camera, of as many moments and samples; None without one.
     """
     mi = mitsuba()
     path: dict[str, Any] = {"type": "path", "max_depth": quality.depth, "rr_depth": ROULETTE, "hide_emitters": True}
@@ -129,7 +135,11 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
         picture, seen = pictures.value, guides.value
         radiance, alpha = _limited(undimmed(picture[..., :3], picture[..., -1]), gain), np.clip(alphas.value, 0, 1)
         fast = quality.samples <= SAMPLES_OF_DRAFTS
-        radiance = _denoised(radiance, np.clip(seen[..., :3], 0, 1), seen[..., 3:6], fast=fast)
+        smooth = _denoised(radiance, np.clip(seen[..., :3], 0, 1), seen[..., 3:6], fast=fast)
+        # Liquids bend rays after the first hit, so what is hit first does not tell what is seen.
+        clear = all(moment.liquids is None for moment, _ in moments)
+        sampled = Sampled(radiance, smooth, np.dstack([seen, alpha])) if clear else None
+        radiance = smooth if behind is None or sampled is None else sharpened(sampled, behind)
         if glosses.count:
             gloss = _limited(healed(glosses.value[..., :3]), gain)
             gloss = dimmed(_denoised(gloss, fast=fast), gain)
@@ -138,7 +148,7 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
             alpha = 1 - (1 - alpha) * through.mean(axis=-1)
             alpha = np.maximum(alpha, np.clip(gloss.mean(axis=-1) * gain, 0, 1))
             radiance = undimmed(lit, alpha)
-    return Traced(radiance, alpha, seen[..., 6], seconds)
+    return Traced(radiance, alpha, seen[..., 6], seconds, sampled=sampled)
 
 
 def _edges(few: Array, many: Array) -> Array:
