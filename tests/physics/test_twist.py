@@ -1,4 +1,4 @@
-"""Ropes that are twisted: they carry the twist, buckle where a rod does, and wind round themselves without flying apart."""
+"""Ropes that are twisted: they carry the twist, and buckle where a rod does, without flying apart."""
 
 import numpy as np
 import pytest

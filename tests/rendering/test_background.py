@@ -6,7 +6,7 @@ from filmed import MakeRun
 from scipy.ndimage import gaussian_filter
 
 from text2sim.recording.film_record import read_recording
-from text2sim.rendering.background import MANY, WORTH, Sampled, background, sharpened
+from text2sim.rendering.background import BACKGROUND_SAMPLES, WORTH, Sampled, background, sharpened
 from text2sim.rendering.film import Filming
 from text2sim.rendering.resting import held_samples
 
@@ -48,9 +48,9 @@ def test_what_a_standing_camera_sees_is_traced_once_if_there_are_enough_pictures
     run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (9, 0, 0)}}, fps=50.0)
     film = Filming(read_recording(run), samples=4)
     reels = film.reels()
-    assert len(reels[0].frames) * 4 >= WORTH * MANY
+    assert len(reels[0].frames) * 4 >= WORTH * BACKGROUND_SAMPLES
     assert set(film._references.values()) == {reels[0].frames[len(reels[0].frames) // 2]}
-    assert film.missing(reels) == (20, 20 * 4 + MANY + 4)
+    assert film.missing(reels) == (20, 20 * 4 + BACKGROUND_SAMPLES + 4)
     short = Filming(read_recording(run), samples=2)
     assert short.missing(short.reels()) == (20, 20 * 2)
 

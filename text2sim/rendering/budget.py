@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from text2sim.rendering.film import Filming, Reel
+from text2sim.templates.cadence import Frame
 
 CUTS = (
     (1.0, 1.0, 1), (1.0, 1.0, 2), (0.75, 1.0, 2), (0.75, 1.0, 4),
@@ -55,7 +56,7 @@ class FittedFilm:
 def fitted(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: float) -> FittedFilm:
     """Return the largest and smoothest film that can be traced in a given time.
 
-    Two frames are traced to measure it: the first compiles kernels.
+    Two frames are traced to measure it: the first compiles kernels. Backgrounds are counted as samples.
 
     Args:
         filming: The requested film.
@@ -63,15 +64,19 @@ def fitted(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: fl
         minutes: Time budget [min].
     """
     first = reels(filming)[0]
-    parts: list[dict[str, float]] = []
-    for frame in (first.frames[0], first.frames[len(first.frames) // 2]):
-        filming.render(Reel(first.name, [frame]), lambda progress: parts.append(progress.seconds))
-        if not parts[-1]:  # already rendered
-            parts.append(filming.trace(frame).seconds)
-    taken = parts[-1]
+    frame = first.frames[len(first.frames) // 2]
+    _, taken = _frame_seconds(filming, first.frames[0]), _frame_seconds(filming, frame)
     tracing = (taken["trace"] + taken["gloss"]) * filming.samples / filming.samples_of(frame)
-    finishing = taken["guides"] + taken["denoise"]  # the background is traced once, and counted as samples
+    finishing = taken["guides"] + taken["denoise"]
     return cut_down(filming, reels, minutes, FrameTime(taken["update"], tracing, finishing))
+
+
+def _frame_seconds(filming: Filming, frame: Frame) -> dict[str, float]:
+    """Return the times [s] of a frame by step; it is kept unless a background would have to be traced for it first."""
+    seconds: dict[str, float] = {}
+    if not filming.has_background(frame):
+        filming.render(Reel("", [frame]), lambda progress: seconds.update(progress.seconds))
+    return seconds or filming.trace(frame, with_background=False).seconds
 
 
 def cut_down(

@@ -20,7 +20,7 @@ from text2sim.recording.film_record import FilmRecord
 from text2sim.recording.run_files import read_measures
 from text2sim.rendering import tone
 from text2sim.rendering.backdrop import clearness, sky
-from text2sim.rendering.background import MANY, Background, Sampled, background, references
+from text2sim.rendering.background import BACKGROUND_SAMPLES, Background, Sampled, background, references
 from text2sim.rendering.frames import Digests, remove_abandoned, save
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.resting import drawn_frames, held_samples
@@ -35,8 +35,8 @@ from text2sim.templates.video import Video
 Format = Literal["png", "exr"]
 MAX_SKIES = 8
 """Largest number of painted skies that are kept."""
-MAX_BACKGROUNDS = 12
-"""Largest number of backgrounds that are kept; each takes about 100 MB at 1280x720."""
+MAX_BACKGROUNDS = 24
+"""Largest number of backgrounds that are kept; each takes about 60 MB at 1280x720."""
 ENCODER = {"draft": (18, "medium"), "final": (16, "slow")}
 """Constant rate factor and preset of the encoder, by quality."""
 
@@ -180,20 +180,24 @@ class Filming:
         """Return the samples per pixel of a frame: more if it is held."""
         return self._samples.get(self._drawn.get(frame, frame), self.samples)
 
+    def has_background(self, frame: Frame) -> bool:
+        """Return whether the frame shows a still background, see `background.py`."""
+        return self._drawn.get(frame, frame) in self._references
+
     def missing(self, reels: list[Reel]) -> tuple[int, int]:
         """Return the number of frames to trace, and their samples per pixel altogether, with those of backgrounds."""
         frames = {self.finished(frame): self._drawn.get(frame, frame) for reel in reels for frame in reel.frames}
         todo = [frame for path, frame in frames.items() if not path.is_file()]
         few = {(self._references[frame], self.samples_of(frame)) for frame in todo if frame in self._references}
-        behind = MANY * len({reference for reference, _ in few}) + sum(samples for _, samples in few)
+        behind = BACKGROUND_SAMPLES * len({reference for reference, _ in few}) + sum(samples for _, samples in few)
         return len(todo), sum(map(self.samples_of, todo)) + behind
 
-    def trace(self, frame: Frame) -> Traced:
-        """Trace one frame."""
+    def trace(self, frame: Frame, *, with_background: bool = True) -> Traced:
+        """Trace one frame, with its still background if it has one; without, it is what a time is measured with."""
         frame = self._drawn.get(frame, frame)
         how = replace(self._how, samples=self.samples_of(frame))
         start = perf_counter()
-        reference = self._references.get(frame)
+        reference = self._references.get(frame) if with_background else None
         behind = None if reference is None else self._background(reference, how, len(frame.moments(how.blur)))
         behind_took = perf_counter() - start
         start = perf_counter()
@@ -222,11 +226,11 @@ class Filming:
                 assert found is not None, "without liquids"
                 return found
 
-            if len(self._backgrounds) >= MAX_BACKGROUNDS:  # films are traced one after the other
-                self._backgrounds.clear()
+            if len(self._backgrounds) >= MAX_BACKGROUNDS:
+                del self._backgrounds[next(iter(self._backgrounds))]
                 self._many.clear()
             if frame not in self._many:
-                self._many[frame] = sampled(MANY, 1).smooth
+                self._many[frame] = sampled(BACKGROUND_SAMPLES, 1).smooth
             self._backgrounds[key] = background(sampled(how.samples, moments), self._many[frame])
         return self._backgrounds[key]
 

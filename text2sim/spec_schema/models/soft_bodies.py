@@ -39,8 +39,8 @@ ONLY_WITH = {
 class Soft(Deformable):
     """A deformable solid: rubber, foam, jelly, clay.
 
-    Ends that are attached to driven bodies, of which one spins, twist it until its folds press on each other. With mpm
-    that holds while its edges get less than twice as long: two turns of a mat five times as long as wide.
+    Ends that are attached to driven bodies, of which one spins, twist it until its folds press on each other. With
+    mpm, edges that get more than about twice as long tear: two turns take a mat five times as long as wide.
     """
 
     kind: Literal["soft"]
