@@ -104,7 +104,7 @@ def test_soft_bodies_have_friction_and_the_couplers_model(plan: Plan) -> None:
 @pytest.mark.parametrize(
     ("name", "kind"),
     [
-        ("floor", None),
+        ("floor", "ipc_only"),
         ("cup", "ipc_only"),
         ("ball", "ipc_only"),
         ("thrown", "two_way_soft_constraint"),

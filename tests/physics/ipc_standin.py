@@ -8,6 +8,7 @@ coupler registers. With `--no-device` it fails as libuipc does where there is no
 
 import json
 import sys
+from collections.abc import Callable
 from types import ModuleType
 from typing import Any
 from unittest.mock import MagicMock
@@ -77,12 +78,40 @@ def stand_in(*, device: bool) -> None:
     sys.modules |= {"uipc": uipc, "polyscope": MagicMock(), **{f"uipc.{name}": part for name, part in parts.items()}}
 
 
+def mends(coupler: Any, entities: dict[str, Any], restore: Callable[[Any], None]) -> dict[str, Any]:
+    """Give the coupler states as libuipc would, and return what the fixes make of them."""
+    from genesis.engine.couplers.ipc_coupler.data import ABDLinkEntry, IPCCouplingData
+
+    pose, rate = np.eye(4), np.zeros((4, 4))
+    pose[:3, :3], pose[:3, 3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]], [0.1, 0.2, 0.9]
+    rate[:3, :3], rate[:3, 3] = np.array([[0, -4, 0], [4, 0, 0], [0, 0, 0]]) @ pose[:3, :3], [1, 2, 3]
+    plate = entities["plate"]
+    coupler._abd_data_by_link = {plate.base_link: [ABDLinkEntry(transform=pose, velocity=rate)]}
+    restore(coupler)
+    found = [plate.get_pos(), plate.get_quat(), plate.get_vel(), plate.get_ang()]
+
+    forces: list[np.ndarray] = []
+    links = [plate.base_link, entities["clamp"].links[-1]]
+    data = IPCCouplingData(links, {link: [row] for row, link in enumerate(links)}, 1)
+    data.ipc_transforms[:], data.aim_transforms[:] = pose, pose
+    data.ipc_transforms[..., 2, 3] += 0.001
+    coupler._coupling_data = data
+    coupler._constraint_strength_translation_scaled = coupler._constraint_strength_rotation_scaled = 1e4
+    coupler.rigid_solver.apply_links_external_wrench = lambda force, *_, **__: forces.append(force.copy())
+    coupler._apply_abd_coupling_forces()
+    return {
+        "restored": [round(float(x), 5) for tensor in found for x in tensor.cpu().numpy().ravel()],
+        "lift": [float(force[2]) / link.desc.mass for force, link in zip(forces[0], links, strict=True)],
+    }
+
+
 def main() -> None:
     """Build the scene, say how it went."""
     program, *flags = sys.argv[1:]
     stand_in(device=not flags)
     sys.path.insert(0, program)
     import genesis as gs
+    import ipc_coupler
     from bodies import add_bodies
     from genesis.engine.couplers.ipc_coupler.coupler import IPCCoupler
     from scene import add_statics, make_scene, start_engine
@@ -90,6 +119,7 @@ def main() -> None:
     # What follows the coupler's checks needs libuipc itself.
     IPCCoupler._init_accessors = IPCCoupler.couple = IPCCoupler.reset = lambda *_, **__: None
     start_engine(gs.cpu)
+    restore, ipc_coupler._restore = ipc_coupler._restore, lambda _: None
     scene = make_scene()
     entities = {**add_statics(scene), **add_bodies(scene)}
     failure = ""
@@ -107,7 +137,8 @@ def main() -> None:
         if (element := getattr(coupler, table).get(entity)) is not None
     }
     pairs = [[labels.get(a, a), labels.get(b, b), friction] for a, b, friction, enabled in contacts if enabled]
-    print("RESULT " + json.dumps({"failure": failure, "coupled": coupled, "pairs": pairs}))
+    mended = mends(coupler, entities, restore) if not failure else {}
+    print("RESULT " + json.dumps({"failure": failure, "coupled": coupled, "pairs": pairs, **mended}))
 
 
 if __name__ == "__main__":

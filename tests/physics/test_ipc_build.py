@@ -45,3 +45,8 @@ def test_the_coupler_takes_the_program(tmp_path: Path) -> None:
     assert friction[frozenset(("cloth", "jelly"))] == pytest.approx((0.3 * 0.5) ** 0.5, abs=1e-4)
     assert friction[frozenset(("cloth",))] == pytest.approx(0.3)
     assert friction[frozenset(("plate", "table"))] == pytest.approx((0.4 * 0.5) ** 0.5, abs=1e-4)
+    # Pose and velocity of a free body are those of libuipc: position, a quarter turn about z, 3 + 3 velocities.
+    half = round(0.5**0.5, 5)
+    assert found["restored"] == pytest.approx([0.1, 0.2, 0.9, half, 0, 0, half, 1, 2, 3, 0, 0, 4], abs=1e-4)
+    # Springs of strength 1e4 / s^2 pull what they tie, 1 mm away, with m k x; what they do not tie, they leave alone.
+    assert found["lift"] == pytest.approx([0.0, 10.0], rel=1e-3)

@@ -113,6 +113,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
             raise TemplateBug(f"{module}.j2: {error}") from error
     files = {name: text.encode() for name, text in _format(texts).items()}
     copied = [*COPIED_MODULES, *(COPIED_SOFT if plan.deformables else ()), *copied_actions(plan)]
+    copied += ["ipc_coupler.py"] if plan.settings.soft and plan.settings.soft.ipc else []
     copied += ["friction.py"] if plan.frictions else []
     copied += ["bounce.py"] if context["uneven"] else []
     copied += ["cloth_friction.py"] if context["cloth"] else []

@@ -22,7 +22,7 @@ from text2sim.recording.run_files import read_evidence
 from text2sim.runtime.child import THREADS, Limits
 from text2sim.runtime.lock import RunLock
 from text2sim.runtime.machine import device_kind, missing_libraries, versions
-from text2sim.runtime.machine_check import check_ability, needs_cuda
+from text2sim.runtime.machine_check import check_ability
 from text2sim.runtime.outcome import read_status
 from text2sim.runtime.program import Finished, run_program
 from text2sim.runtime.progress import Clock, OnProgress, ignore
@@ -89,7 +89,7 @@ def run_case(
     memory = None if memory_gb is None else int(memory_gb * 1e9)
     limits = Limits(timeout=timeout, patience=patience, memory=memory)
     check_ability(loaded)
-    engine = _Engine.find("gpu" if needs_cuda(loaded) else device)
+    engine = _Engine.find(device)
     with nullcontext(stop) if stop else Stop() as stop, staging(runs) as stage:
         clock = Clock(on_progress, loaded.case.scene.duration)
         clock.enter("compile")

@@ -88,6 +88,12 @@ def test_stuff_that_a_derived_solver_leaves_out(tmp_path: Path, model: str, key:
     assert [problem.path for problem in found] == [f"/bodies/a/material/{key}"] * count
 
 
+@pytest.mark.parametrize(("model", "count"), [("particle", 0), ("sap", 1), ("ipc", 1)])
+def test_a_contact_model_with_nothing_to_do(tmp_path: Path, model: str, count: int) -> None:
+    found = findings(tmp_path, "unheeded-stuff", f"scene: {{contact: {{model: {model}}}}}")
+    assert [problem.path for problem in found] == ["/scene/contact/model"] * count
+
+
 @pytest.mark.parametrize(("radius", "count"), [(0.005, 1), (0.02, 0)])
 def test_creases_too_tight_for_the_cells(tmp_path: Path, radius: float, count: int) -> None:
     """An edge turns by pi at most, over one cell of 0.02 m."""

@@ -17,8 +17,12 @@ PART_OF_EDGE = 0.1
 """Distance of contact, as a part of the shortest edge of cloth and soft bodies."""
 MIN_DISTANCE, MAX_DISTANCE = 5e-4, 5e-3
 """Limits of this distance [m]: a smaller one needs more iterations, a larger one shows."""
-YOUNG, POISSON, BENDING = 1e6, 0.3, 10.0
-"""Defaults of a cloth [Pa, 1, the engine's unit]."""
+YOUNG, POISSON, RIGIDITY = 1e6, 0.3, 2e-5
+"""Defaults of a cloth [Pa, 1, N m]."""
+RIGIDITY_OF_HINGES = 6.0
+"""Flexural rigidity over libuipc's stiffness k of a hinge. Two triangles with a common edge L and the area A together
+have the energy 3 k theta^2 L^2 / A. In a grid of right triangles that is bent along its threads to a curvature c, only
+the edges across have an angle; that makes 3 k c^2 per area, which is half the rigidity times c^2."""
 
 
 def settings(scene: Scene, edges: dict[str, float], why: dict[str, str]) -> IpcSettings:
@@ -40,13 +44,13 @@ def settings(scene: Scene, edges: dict[str, float], why: dict[str, str]) -> IpcS
 def cloth(model: Cloth) -> dict[str, Any]:
     """Return keyword arguments of the engine's material for cloth."""
     material = model.material
-    young, nu, bending = material.youngs_modulus, material.poisson_ratio, material.bending_stiffness
+    young, nu, rigidity = material.youngs_modulus, material.poisson_ratio, material.rigidity
     return {
         "E": YOUNG if young is None else young,
         "nu": POISSON if nu is None else nu,
         "rho": float(f"{material.area_density / material.thickness:.6g}"),
         "thickness": material.thickness / 2,
-        "bending_stiffness": BENDING if bending is None else bending,
+        "bending_stiffness": float(f"{(RIGIDITY if rigidity is None else rigidity) / RIGIDITY_OF_HINGES:.6g}"),
         "friction_mu": material.friction,
     }
 
@@ -76,8 +80,7 @@ def rigid(
         joints = [joint.kind for _, joint in tree.joints()]
     else:
         joints = [] if entity.options.get("fixed") or entity.morph == "Plane" else ["free"]
-    if joints == ["free"] and not acted_on:
-        options["coup_type"] = "ipc_only"
-    elif joints:
-        options["coup_type"] = "two_way_soft_constraint"
+    # The engine's collision detection skips only pairs whose kinds are given, so fixed bodies need one as well.
+    driven = joints not in ([], ["free"]) or (joints == ["free"] and acted_on)
+    options["coup_type"] = "two_way_soft_constraint" if driven else "ipc_only"
     return density, options

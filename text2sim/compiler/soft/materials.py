@@ -62,7 +62,7 @@ def open_values(model: Any, solver: str, spacing: float) -> dict[str, tuple[floa
         return {
             "youngs_modulus": (ipc.YOUNG, "a woven cloth"),
             "poisson_ratio": (ipc.POISSON, "a woven cloth"),
-            "bending_stiffness": (ipc.BENDING, "a light cloth"),
+            "rigidity": (ipc.RIGIDITY, "a light cloth"),
         }
     return {}
 

@@ -48,18 +48,17 @@ def _soft(facts: Facts, selector: str) -> bool:
 
 
 IGNORED_FIELDS = {
-    "pbd": (("youngs_modulus", "poisson_ratio", "bending_stiffness"), "stretch_compliance and bending_compliance"),
+    "pbd": (("youngs_modulus", "poisson_ratio"), "stretch_compliance and bending_compliance"),
     "ipc": (
         (
             "stretch_compliance",
             "bending_compliance",
-            "rigidity",
             "crease_radius",
             "rest_shape",
             "damping",
             "air_resistance",
         ),
-        "youngs_modulus and bending_stiffness",
+        "youngs_modulus and rigidity",
     ),
 }
 """Values of a cloth's material that its solver ignores, and those that it uses instead."""
@@ -92,6 +91,11 @@ def _ignored(facts: Facts) -> Iterator[Problem]:
         if facts.value_at(where) is not None:
             text = f"`{name}` has solver {solver}, in which nothing tears: tear_stretch is ignored; use `solver: mpm`"
             yield facts.problem("unheeded-stuff", where, text, key=True)
+    if soft.model in REPLACING_CONTACT_MODELS and not soft.bodies:
+        text = (
+            f"contact model {soft.model} is for scenes with deformable bodies; the bodies here touch as under `rigid`"
+        )
+        yield facts.problem("unheeded-stuff", ("scene", "contact", "model"), text)
     for name in (*facts.case.scene.statics, *facts.case.bodies):
         where = facts.where(name, "material", "restitution")
         if soft.model in REPLACING_CONTACT_MODELS and facts.value_at(where):
@@ -167,13 +171,14 @@ actions:
     Rule(
         id="unheeded-stuff",
         severity="warning",
-        title="The solver ignores a value of a material.",
+        title="The solver ignores a value of a material, or a contact model has nothing to do.",
         reason="""\
 Cloth of solver pbd has compliances in stretch and bending, in units of that method; cloth of solver ipc is an elastic
-shell with a stiffness in Pa. Each ignores the values of the other, and there is no conversion. Where cells are large,
+shell with a stiffness in Pa. Each ignores the values of the other; only `rigidity` serves both. Where cells are large,
 no edge is bent enough for a small `crease_radius`. Only mpm bodies use the `soft_reach` of rigid surfaces, which
 a body has as a whole, not each link. Restitution is made from the damping of the engine's own rigid
-contacts, which contact models sap and ipc do not use.""",
+contacts, which contact models sap and ipc do not use. These two are for scenes with deformable bodies; where all bodies
+are rigid, the engine's own contact solver runs.""",
         remedy="Give the values that the solver uses, or leave the value out.",
         example=_RAG % "youngs_modulus: 1.0e+6",
         fix="bodies: {rag: {material: {youngs_modulus: null, bending_compliance: 0.001}}}",

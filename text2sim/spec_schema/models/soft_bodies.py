@@ -20,11 +20,10 @@ from text2sim.spec_schema.models.soft_materials import (
 FLOWING = ("granular", "liquid", "snow")
 """Kinds of body that flow: they have a free surface, and can leak."""
 ONLY_WITH = {
-    "ipc": ("youngs_modulus", "poisson_ratio", "bending_stiffness"),
+    "ipc": ("youngs_modulus", "poisson_ratio"),
     "pbd": (
         "stretch_compliance",
         "bending_compliance",
-        "rigidity",
         "crease_radius",
         "rest_shape",
         "pressure",

@@ -51,16 +51,15 @@ class ClothMaterial(Model):
     """With solver ipc: in-plane Young's modulus [Pa] of the fabric; by default 1e6."""
     poisson_ratio: Real | None = Field(default=None, ge=0.0, lt=0.5)
     """With solver ipc: Poisson's ratio, how much it narrows under tension; by default 0.3."""
-    bending_stiffness: NonNegative | None = None
-    """With solver ipc: resistance to bending, as the engine defines it; by default 10."""
     stretch_compliance: NonNegative | None = None
     """With solver pbd: compliance of the threads [m/N]; by default 1e-7."""
     bending_compliance: NonNegative | None = None
     """With solver pbd: compliance of the folds [rad/N]; by default 1e-4, and 1e4 drapes like cotton. What it amounts to
     depends on cells and substeps: give a `rigidity` instead to what is stiff by its material."""
     rigidity: Positive | None = None
-    """With solver pbd, instead of `bending_compliance`: flexural rigidity `E t^3 / 12` [N m]: cotton 1e-6, paper 3e-4,
-    card 0.01. With a mass m per area it needs substeps of `cell^2 / 12 sqrt(m / rigidity)`, or is softer."""
+    """Flexural rigidity `E t^3 / 12` [N m]: cotton 1e-6, paper 3e-4, card 0.01. With solver pbd it replaces
+    `bending_compliance`, and a mass m per area needs substeps of `cell^2 / 12 sqrt(m / rigidity)`, or it is softer.
+    With solver ipc by default 2e-5."""
     crease_radius: Length | None = None
     """With solver pbd: folds tighter than this radius [m], `thickness / (2 yield strain)`, stay: in foil (0.05), in
     paper (0.01). An edge keeps what exceeds `cell / crease_radius` radians. By default all folds spring back."""
