@@ -90,7 +90,8 @@ def test_stuff_that_a_derived_solver_leaves_out(tmp_path: Path, model: str, key:
 
 @pytest.mark.parametrize(("model", "count"), [("particle", 0), ("sap", 1), ("ipc", 1)])
 def test_a_contact_model_with_nothing_to_do(tmp_path: Path, model: str, count: int) -> None:
-    found = findings(tmp_path, "unheeded-stuff", f"scene: {{contact: {{model: {model}}}}}")
+    ball = "bodies: {ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 0.5]}}}"
+    found = findings(tmp_path, "unheeded-stuff", ball, f"scene: {{contact: {{model: {model}}}}}")
     assert [problem.path for problem in found] == ["/scene/contact/model"] * count
 
 
