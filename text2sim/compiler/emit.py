@@ -117,6 +117,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
     copied += ["friction.py"] if plan.frictions else []
     copied += ["bounce.py"] if context["uneven"] else []
     copied += ["cloth_friction.py"] if context["cloth"] else []
+    copied += ["cloth_on_grid.py"] if context["cloth_on_grid"] else []
     copied += [file for name, (file, *_) in OWN_MATERIALS.items() if name in context["own_materials"]]
     copied += ["cloth_damping.py"] if context["dampings"] else []
     copied += ["gas.py"] if context["gases"] else []
@@ -204,6 +205,7 @@ def _context(plan: Plan) -> dict[str, Any]:
         "contact": {name: damping for name, damping in plan.contact.items() if "." not in name},
         "uneven": len({damping for name, damping in plan.contact.items() if name not in plan.silent}) > 1,
         "link_contact": {tuple(name.split(".")): damping for name, damping in plan.contact.items() if "." in name},
+        "cloth_on_grid": soft is not None and bool(soft.mpm and soft.pbd) and soft.model == "particle",
         "cloth": next((name for name, facts in plan.deformables.items() if facts.solver == "pbd"), None),
         "own_materials": {entity.material for entity in plan.entities} & {*OWN_MATERIALS},
         "dampings": {name: facts.damping for name, facts in plan.deformables.items() if facts.damping},

@@ -46,7 +46,7 @@ class ClothMaterial(Model):
     thickness: Length = 1e-3
     """Thickness [m]. With solver pbd contact uses the particle distance instead."""
     friction: Real = Field(default=0.3, ge=0.0, le=5.0)
-    """Coulomb coefficient on itself and other cloth; on a rigid body the larger of the two values applies."""
+    """Coulomb coefficient on itself, other cloth and mpm bodies; on a rigid body the larger of both values applies."""
     youngs_modulus: Positive | None = None
     """With solver ipc: in-plane Young's modulus [Pa] of the fabric; by default 1e6."""
     poisson_ratio: Real | None = Field(default=None, ge=0.0, lt=0.5)
