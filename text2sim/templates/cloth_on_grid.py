@@ -1,7 +1,7 @@
 """Contact of cloth with mpm bodies.
 
-Genesis 1.4.5 gives a node of the grid the mean velocity of the cloth's particles next to it, and gives each of these the
-whole momentum that the node lost. So momentum appears from nothing, and cloth that is lighter than what lies on it
+Genesis 1.4.5 gives a node of the grid the mean velocity of the particles of cloth next to it, and gives each of these
+the whole momentum that the node lost. So momentum appears from nothing, and cloth that is lighter than what lies on it
 explodes. This module replaces that.
 """
 
