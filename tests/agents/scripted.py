@@ -11,6 +11,7 @@ from text2sim.agents.journal import Journal
 from text2sim.agents.loop import AgentLoop
 from text2sim.agents.loop_result import LoopLimits
 from text2sim.agents.models.calls import Account, Budget, CallLog
+from text2sim.agents.models.endpoint import Endpoint
 from text2sim.agents.models.exchange import ModelError, ModelRequest, Reply
 from text2sim.agents.offered_cards import OfferedCards
 from text2sim.agents.planning import Request
@@ -44,7 +45,7 @@ def fenced(text: str) -> str:
     return f"```yaml\n{text.strip()}\n```\n"
 
 
-def chat(tmp_path: Path, model: Scripted, budget: Budget | None = None) -> Conversation:
+def chat(tmp_path: Path, model: Endpoint, budget: Budget | None = None) -> Conversation:
     journal = Journal(tmp_path / "journal.jsonl")
     return Conversation({"": model}, CallLog(tmp_path / "calls"), Account(), budget or Budget(), journal)
 

@@ -14,6 +14,7 @@ from text2sim.agents.journal import Journal
 from text2sim.agents.judgement import Critique
 from text2sim.agents.models.calls import Account, Budget
 from text2sim.agents.models.exchange import Message, ModelRequest, Reply
+from text2sim.agents.models.mailbox import Mailbox
 from text2sim.agents.models.tokens import PromptPrefixes, common_prefix_length
 from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.replies import CasePlan
@@ -95,6 +96,20 @@ def test_a_last_question_may_be_asked_in_overtime(tmp_path: Path) -> None:
         assert late.ask("critic", "s", "q", number) == 7
     with pytest.raises(BudgetSpent, match="10 minutes are over"):
         late.ask("critic", "s", "another", number)
+
+
+def test_a_wait_for_a_reply_ends_with_the_time(tmp_path: Path) -> None:
+    box = Mailbox(tmp_path / "box")
+    late = chat(tmp_path, box, Budget(minutes=10, minutes_before=10 - 0.5 / 60))
+    start = perf_counter()
+    with pytest.raises(BudgetSpent, match="10 minutes are over"):
+        late.ask("critic", "s", "q", number)
+    assert 0.4 < perf_counter() - start < 5.0
+    late.close()
+    assert {path.name for path in (tmp_path / "box").iterdir()} == {"critic-01.request.md", "finished.md"}
+    with late.overtime(0.5 / 60), pytest.raises(BudgetSpent):
+        late.ask("critic", "s", "q", number)
+    assert not (tmp_path / "box" / "finished.md").exists(), "somebody has to answer again"
 
 
 def test_types_say_what_is_wrong_with_an_answer() -> None:

@@ -12,6 +12,7 @@ from text2sim.agents.conversation import RoleFailed
 from text2sim.agents.loop import AgentLoop
 from text2sim.agents.loop_result import LoopOutcome
 from text2sim.agents.replies import Decision
+from text2sim.agents.session import Session, SessionWish
 
 SECTIONS = {"scene": {"duration": 1.0}, "bodies": {"ball": {"kind": "rigid"}}}
 
@@ -177,3 +178,10 @@ def test_between_equals_the_one_with_fewer_false_facts_is_better() -> None:
     assert best_of([one, other], []) is other
     other.facts = [false | {"requirement": "lifts"}]
     assert best_of([one, other], []) is one, "the earlier of two that are alike"
+
+
+def test_a_loop_that_nobody_answers_ends_with_its_time_and_says_so_in_the_mailbox(tmp_path: Path) -> None:
+    wish = SessionWish("generate", "A ball falls.", {"": "mailbox:{case}/mail"}, minutes=0.01, cards=False)
+    outcome = Session.begin(tmp_path / "case", wish, [], []).run(lambda event, what: None)
+    assert (outcome.state, outcome.why) == ("spent", "0.01 minutes are over")
+    assert {path.name for path in (tmp_path / "case" / "mail").iterdir()} == {"reader-01.request.md", "finished.md"}

@@ -10,12 +10,13 @@ from PIL import Image
 from text2sim.agents.frame_choice import (
     MIN_INTERVAL,
     FrameMoment,
+    after_strikes,
     choose_frames,
     moments,
     named_bodies,
     with_attached,
 )
-from text2sim.agents.pictures import MAX_FRAMES, frame_sheet
+from text2sim.agents.pictures import MAX_FRAMES, frame_sheet, moments_of
 from text2sim.templates.cadence import MAIN, Frame, frames, read_film, reels
 from text2sim.templates.video import Video
 
@@ -106,6 +107,38 @@ def test_the_moments_that_decide_are_shown_with_what_is_just_before_and_after(ru
     assert "before expect:up" in found[0.2]
     assert found[0.52] == ["after expect:up"]
     assert next(iter(moments(evidence, ACTIONS))).bodies == ("ball",)
+
+
+def touch(t: float, one: str, other: str, impulse: float, name: str | None = None) -> dict:
+    return {"kind": "contact", "name": name, "time": t, "between": [one, other], "impact_impulse": impulse}
+
+
+def test_the_moment_after_a_strike_is_shown_however_much_else_happens(run: Path) -> None:
+    """A ball strikes the second domino at 0.9 s, which strikes a third softly; the rest lies, or falls on the floor."""
+    events = {f"e{k}": {"first": t} for k, t in enumerate((0.12, 0.3, 0.44, 0.6))}
+    expect = {f"x{k}": {"ok": True, "at": t} for k, t in enumerate((0.2, 0.52, 1.2, 1.4))}
+    (run / "evidence.json").write_text(json.dumps({"events": events, "expect": expect, "time": {"reached": 2.0}}))
+    rows = [
+        touch(0.01, "domino[1]", "tray", 9.0), touch(0.5, "ball", "floor", 5.0), touch(0.9, "ball", "domino[2]", 0.3),
+        touch(1.1, "domino[2]", "domino[3]", 0.2), touch(1.7, "ball", "domino[3]", 4.0), touch(1.72, "ball", "tray", 0.1),
+    ]  # fmt: skip
+    (run / "events.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))
+    (run / "expanded.yaml").write_text("scene:\n  statics:\n    floor: {shape: {kind: plane}}\n")
+    found = {round(one.t, 3): one.bodies for one in moments_of(run)}
+    assert found[1.05] == ("ball", "domino"), "not at 1.7 s, when they meet again"
+    assert 0.65 not in found and 0.16 not in found, "the floor cannot move, and the tray is touched from the start"
+    film = read_film((run / "program" / "render.py").read_text())
+    pictures = frames(film, reels(film)[MAIN], 2.0)
+    chosen = choose_frames(moments_of(run), pictures, MAX_FRAMES)
+    assert len(chosen) == MAX_FRAMES
+    assert any(0.94 <= one.frame.t <= 1.08 for one in chosen)
+
+
+def test_touches_that_the_case_declares_come_before_harder_ones() -> None:
+    rows = [
+        touch(0.3, "a", "b", 7.0), touch(0.4, "c", "d", 8.0), touch(0.6, "e", "f", 0.1), touch(0.6, "e", "f", 0.1, "tap"),
+    ]  # fmt: skip
+    assert [one.bodies for one in after_strikes(rows, ())] == [("e", "f"), ("c", "d")]
 
 
 def test_the_greatest_deformation_is_shown_and_a_slight_one_is_not(run: Path) -> None:

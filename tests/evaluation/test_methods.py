@@ -16,6 +16,7 @@ import pytest
 from tests.agents.models.chat_server import ChatServer, completion
 from tests.evaluation.conftest import SUITE, write_film
 from text2sim.evaluation import genesis_docs
+from text2sim.evaluation.bare_agent import ProgramTrial, left_text
 from text2sim.evaluation.method_folder import read_made, read_method
 from text2sim.evaluation.methods import Allowance, parse_method, run_method
 from text2sim.evaluation.suite import read_suite
@@ -143,6 +144,19 @@ def test_the_agent_reads_runs_repairs_and_is_done(suite: Path, tmp_path: Path, m
     assert "4 more programs" in failed
     seen = asked[3]["messages"][-1]["content"]
     assert sum(part["type"] == "image_url" for part in seen) == 10
+
+
+@pytest.mark.parametrize(
+    ("minutes", "wall", "told"),
+    [
+        (None, 9.0, "29 more programs"),
+        (20.0, 30.0, "29 more programs, and 20 minutes for everything"),
+        (12.0, 240.0, "12 minutes for everything, enough for 3 more that take as long as this one"),
+        (0.3, 240.0, "hardly a minute, enough for no more that take as long as this one"),
+    ],
+)
+def test_the_agent_is_told_the_limit_that_comes_first(minutes: float | None, wall: float, told: str) -> None:
+    assert left_text(29, ProgramTrial(Path(), 0, "ended", wall, minutes)) == told
 
 
 def test_the_agent_goes_on_after_an_interruption_without_paying_or_running_twice(suite: Path, tmp_path: Path) -> None:

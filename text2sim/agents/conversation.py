@@ -11,7 +11,8 @@ from pydantic import BaseModel, ValidationError
 from text2sim.agents.journal import Emit
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.endpoint import Endpoint
-from text2sim.agents.models.exchange import Image, Message, ModelRequest
+from text2sim.agents.models.exchange import Image, Message, ModelRequest, StoppedError
+from text2sim.agents.models.mailbox import Mailbox
 from text2sim.agents.models.parsing import ReplyError, read_reply
 from text2sim.agents.models.tokens import PromptPrefixes
 from text2sim.spec_schema.errors import RunError, nearest
@@ -164,11 +165,17 @@ class Conversation:
             messages += [Message("assistant", _echo(reply)), Message("user", _complaint(reasons, remedy))]
         raise RoleFailed(role, reasons)
 
+    def close(self) -> None:
+        """Tell those who watch a mailbox that no question follows."""
+        for endpoint in self._endpoints.values():
+            if isinstance(endpoint, Mailbox):
+                endpoint.close()
+
     def reply(self, role: str, messages: Sequence[Message]) -> str:
         """Return a role's raw reply to messages.
 
         Raises:
-            BudgetSpent: If the budget is used up.
+            BudgetSpent: If the budget is used up, or its time is over before the reply comes.
             ModelError: If the model cannot be reached.
         """
         if (spent := self._budget.exceeded(self.account, self._overtime)) is not None:
@@ -178,13 +185,21 @@ class Conversation:
             number = self._numbers[role]
         self._emit("asked", live=True, role=role, number=number)
         request = ModelRequest(role=role, messages=tuple(messages), number=number)
-        reply = self._log.ask(self._endpoint(role), request, self._stop, attempt=self.attempt)
+        try:
+            reply = self._log.ask(self._endpoint(role), request, self._gives_up, attempt=self.attempt)
+        except StoppedError:
+            if not self._stop() and (over := self._budget.over(self._overtime)) is not None:
+                raise BudgetSpent(over) from None
+            raise
         with self._lock:
             again = self._prefixes.cached_tokens(self._endpoint(role).name, request)
         self.account.add(role, self.attempt, reply, again)
         tokens = reply.tokens_in + reply.tokens_out
         self._emit("answered", live=True, role=role, number=number, tokens=tokens, seconds=reply.seconds)
         return reply.text
+
+    def _gives_up(self) -> bool:
+        return self._stop() or self._budget.over(self._overtime) is not None
 
     def _endpoint(self, role: str) -> Endpoint:
         return self._endpoints.get(role) or self._endpoints[""]

@@ -1,12 +1,12 @@
 """Choice of frames for the Critic: events, extremes of measures and diagnostics, and evenly spaced frames."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby, pairwise
 from typing import TYPE_CHECKING, Any
 
 from text2sim.legibility.film import nearest_frame, spread_numbers
-from text2sim.spec_schema.names.selectors import body_of, strings_in
+from text2sim.spec_schema.names.selectors import WORLD, body_of, strings_in
 
 if TYPE_CHECKING:
     from text2sim.templates.cadence import Frame
@@ -21,8 +21,10 @@ EVENT_OFFSET = 0.15
 MAX_GAP_FRAMES, MIN_GAP_DIVISOR = 2, 5
 """Number of frames for the longest gaps, and the smallest fraction of the film (one in `MIN_GAP_DIVISOR`) that counts
 as a gap."""
-MAX_EVENTS, MAX_EXTREMES, MAX_DEFORMED, MAX_DECIDED = 4, 4, 2, 4
+MAX_EVENTS, MAX_EXTREMES, MAX_DEFORMED, MAX_DECIDED, MAX_STRIKES = 4, 4, 2, 4, 2
 """Largest numbers of moments of each sort."""
+AT_REST_FROM = 0.05
+"""Time [s] until which bodies that rest on each other from the start touch for the first time."""
 MAX_SHOTS = 3
 """Largest number of shots that are shown although nothing else in them is."""
 MIN_PENETRATION = 0.002
@@ -62,16 +64,18 @@ class Shown:
         return {body for one in self.moments for body in one.bodies}
 
 
-def moments(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
+def moments(evidence: Data, actions: Data, strikes: Sequence[FrameMoment] = ()) -> Iterator[FrameMoment]:
     """Yield the moments worth showing, the most important first.
 
     Args:
         evidence: Content of `evidence.json`.
         actions: The `actions` section of the case.
+        strikes: Moments after strikes.
     """
     last = float(evidence["time"]["reached"])
     decided = list(_deciding_moments(evidence, actions))
     yield from decided
+    yield from strikes
     happened = sorted(
         ((row["first"], name) for name, row in evidence["events"].items() if row.get("first") is not None),
     )[:MAX_EVENTS]
@@ -92,6 +96,27 @@ def moments(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
     if (depth.get("value") or 0) >= MIN_PENETRATION:
         yield FrameMoment(depth["time"], "deepest overlap", tuple(map(body_of, depth.get("between") or ())))
     yield from _frames_around(events[:3])
+
+
+def after_strikes(occurrences: Sequence[Data], statics: Collection[str]) -> list[FrameMoment]:
+    """Return the moments shortly after two bodies that can move met first: where something starts to move.
+
+    Args:
+        occurrences: Content of `events.jsonl`, by time. Touches that the case declares count first, then the hardest.
+        statics: Names of what cannot move.
+    """
+    first: dict[frozenset[str], tuple[bool, float, FrameMoment]] = {}
+    for row in occurrences:
+        pair = tuple(dict.fromkeys(body_of(name) for name in row.get("between") or ()))
+        if row.get("kind") != "contact" or len(pair) < 2 or set(pair) & {*statics, WORLD}:
+            continue
+        found = FrameMoment(row["time"] + EVENT_OFFSET, f"after {' and '.join(pair)} met", pair)
+        rank = (row.get("name") is None, -(row.get("impact_impulse") or 0.0))
+        key = frozenset(pair)
+        if key not in first or (first[key][2].t == found.t and rank < first[key][:2]):
+            first[key] = (*rank, found)
+    ranked = sorted(first.values(), key=lambda one: one[:2])
+    return [one[2] for one in ranked if one[2].t > EVENT_OFFSET + AT_REST_FROM][:MAX_STRIKES]
 
 
 def _frames_around(moments: Sequence[FrameMoment]) -> Iterator[FrameMoment]:

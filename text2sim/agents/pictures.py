@@ -8,8 +8,9 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from text2sim.agents.frame_choice import FrameMoment, Shown, choose_frames, moments, with_attached
+from text2sim.agents.frame_choice import FrameMoment, Shown, after_strikes, choose_frames, moments, with_attached
 from text2sim.legibility.film import spread_numbers
+from text2sim.recording.run_files import read_events
 from text2sim.runtime.internal_errors import keep_details
 from text2sim.spec_schema.errors import Text2SimError
 from text2sim.spec_schema.text.source import read_source
@@ -115,10 +116,12 @@ def _moments_to_show(run: Path, evidence: dict[str, Any]) -> list[FrameMoment]:
     from text2sim.spec_schema.text.document import parse_document
 
     try:
-        actions = parse_document(read_source(run / "expanded.yaml")).data.get("actions") or {}
+        case = parse_document(read_source(run / "expanded.yaml")).data
+        actions, statics = case.get("actions") or {}, (case.get("scene") or {}).get("statics") or {}
+        strikes = after_strikes(read_events(run), statics)
     except Exception:  # noqa: BLE001 - names of bodies are only for close views
-        actions = {}
-    return [replace(one, bodies=with_attached(one.bodies, actions)) for one in moments(evidence, actions)]
+        actions, strikes = {}, []
+    return [replace(one, bodies=with_attached(one.bodies, actions)) for one in moments(evidence, actions, strikes)]
 
 
 def _caption(one: Shown) -> str:

@@ -184,6 +184,7 @@ class Session:
             return outcome
         finally:
             self._write(loop, offered, outcome, budget)
+            chat.close()
 
     def _write(self, loop: AgentLoop, offered: OfferedCards, outcome: LoopOutcome | None, budget: Budget) -> None:
         best = outcome.best if outcome else None

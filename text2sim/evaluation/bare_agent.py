@@ -125,6 +125,8 @@ class BareAgent:
                     messages += [Message("assistant", reply), Message("user", response, images)]
         except BudgetSpent as error:
             why = str(error)
+        finally:
+            self._chat.close()
         return self._result(name, why, accepted)
 
     def _act(self, reply: str, stop: Stop) -> tuple[str, tuple[Image, ...], bool]:
@@ -176,9 +178,8 @@ class BareAgent:
         except RunError as error:
             film = str(error)
         left = self._allowance.attempts - len(self._trials)
-        minutes = trial.minutes_left
         return render_prompt(
-            "agent_ran", trial=trial, film=film, log=quoted(log[-LOG_SHOWN:]), left=left, minutes=minutes
+            "agent_ran", trial=trial, film=film, log=quoted(log[-LOG_SHOWN:]), left=left_text(left, trial)
         )
 
     def _pictures(self, trial: ProgramTrial) -> tuple[Image, ...]:
@@ -207,3 +208,15 @@ class BareAgent:
             "why": why[:4000], "roles": spent, "attempts": len(self._trials),
             "simulation_s": sum(trial.wall for trial in self._trials), **files,
         })  # fmt: skip
+
+
+def left_text(programs: int, trial: ProgramTrial) -> str:
+    """Return what is left after a trial: programs and minutes, or if these end first, what they are enough for."""
+    more = f"{programs} more program{'' if programs == 1 else 's'}"
+    if trial.minutes_left is None:
+        return more
+    time = f"{trial.minutes_left:.0f} minutes for everything" if trial.minutes_left >= 1.5 else "hardly a minute"
+    enough = int(60 * trial.minutes_left / max(trial.wall, 1.0))
+    if enough >= programs:
+        return f"{more}, and {time}"
+    return f"{time}, enough for {enough or 'no'} more that take as long as this one"

@@ -257,6 +257,10 @@ class Budget:
             return f"{spent.tokens:,} of {self._tokens:,} tokens are spent"
         if self._cost is not None and spent.cost >= self._cost:
             return f"${spent.cost:.2f} of ${self._cost:.2f} are spent"
+        return self.over(overtime)
+
+    def over(self, overtime: float = 0.0) -> str | None:
+        """Describe the limit of time if it is passed by `overtime` minutes; None if it is not."""
         if self._minutes is not None and self.minutes_used >= self._minutes + overtime:
             return f"{self._minutes:g} minutes are over"
         return None

@@ -18,6 +18,8 @@ from text2sim.agents.models.tokens import request_tokens, text_tokens
 
 REPLY_SUFFIXES = ("md", "yaml", "yml", "json", "txt")
 """File extensions of a reply, in order of precedence."""
+FINISHED = "finished.md"
+"""Name of the file that says that no request follows."""
 MAX_REPLY_SIZE = 10_000_000
 """Largest reply [bytes]."""
 POLL_INTERVAL = 0.2
@@ -39,17 +41,23 @@ class Mailbox:
         self._lock = Lock()
 
     def complete(self, request: ModelRequest, stop: Callable[[], bool]) -> Reply:
-        """Write the request and wait for its reply, without a time limit; see `Endpoint.complete`."""
+        """Write the request and wait for its reply until `stop` returns true; see `Endpoint.complete`."""
         start = time.monotonic()
         with self._lock:
             self._post(request)
         text = self._await(request, stop)
         return _reply(request, text, self.name, time.monotonic() - start)
 
+    def close(self) -> None:
+        """Write the file that says that no request follows; a request that comes nevertheless removes it."""
+        with self._lock, suppress(OSError, UnfitFileError):  # the outcome does not depend on it
+            write_durably(self._folder / FINISHED, "The program has ended. No request follows, and no reply is read.\n")
+
     def _post(self, request: ModelRequest) -> None:
         """Write the request, unless an identical one exists, whose reply may exist, too."""
         path = self._folder / f"{request.stem}.request.md"
         try:
+            (self._folder / FINISHED).unlink(missing_ok=True)
             head = read_plain(path, MAX_REPLY_SIZE * 2)[:_HEAD] if path.exists() or path.is_symlink() else ""
             found = _DIGEST.search(head)
             if found is not None and found[1] == request.digest():

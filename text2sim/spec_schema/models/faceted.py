@@ -22,7 +22,7 @@ class Polyhedron(Model):
 
     kind: Literal["polyhedron"]
     points: Annotated[list[Vec3], Field(min_length=4, max_length=64)]
-    """Corners [m] in the body's frame, in any order; points inside the hull of the others are ignored."""
+    """Corners [m] in the body's frame, 4 to 64, in any order; points inside the hull of the others are ignored."""
 
     @model_validator(mode="after")
     def _solid(self) -> "Polyhedron":

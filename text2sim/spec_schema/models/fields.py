@@ -85,7 +85,7 @@ class Airflow(_During):
 
 
 class Drag(_During):
-    """Resistance to motion; acts only on mpm and pbd bodies, with an acceleration `-linear v - quadratic |v| v`."""
+    """Resistance to motion, everywhere: all mpm and pbd bodies get an acceleration `-linear v - quadratic |v| v`."""
 
     kind: Literal["drag"]
     linear: NonNegative = 0.0

@@ -69,7 +69,7 @@ class Position(_OfRegion):
 
 
 class Velocity(_OfRegion):
-    """A component of the velocity of the centre of mass [m/s]."""
+    """A component of the velocity of the centre of mass [m/s], along an axis of the world."""
 
     kind: Literal["velocity"]
     unit: ClassVar[str] = "m/s"

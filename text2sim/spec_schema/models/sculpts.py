@@ -93,11 +93,11 @@ class SculptLimb(SculptPart):
 
 
 class SculptRevolve(SculptPart):
-    """A profile revolved about z: pots, bottles, wheels, knobs."""
+    """A profile revolved about the z axis of its `pose`: pots, bottles, wheels, knobs."""
 
     kind: Literal["revolve"]
     profile: list[Vec2] = Field(min_length=2, max_length=64)
-    """Points (radius, height) [m] of a line that is closed by the axis or, with `closed`, by itself."""
+    """Points (distance from the axis, z) [m] of a line that is closed by the axis or, with `closed`, by itself."""
     smooth: Bool = False
     """Use a curve through the points (Catmull-Rom) instead of straight lines."""
     closed: Bool = False

@@ -28,7 +28,8 @@ class SoftMaterial(Model):
     middle of the body; by default 1e7. For bodies that are squeezed to half their width use 10 to 30 times
     `youngs_modulus`: the engine cannot solve contact that is hundreds of times stiffer than the body."""
     yield_stress: Positive | None = None
-    """With `elasto_plastic`: von Mises stress [Pa] from which it flows; by default a tenth of the stiffness."""
+    """With `elasto_plastic`: von Mises stress [Pa] from which it flows; by default a tenth of the stiffness. A column
+    bears `rho g h` at its foot: the foot bulges under the weight if it is higher than `yield_stress / (rho g)`."""
     tear_stretch: Real | None = Field(default=None, gt=1.0, le=10.0)
     """With solver mpm, not `elasto_plastic`: the largest stretch, length over length at rest in any direction, beyond
     which it tears, for ever: jelly 1.4, bread 1.3, tofu 1.15, cake 1.1. What has torn bears pressure and friction, and

@@ -215,7 +215,7 @@ class ShareIn(Measured):
     of: Selectors
     """A deformable body, or its copies."""
     region: Region
-    """The region."""
+    """The region, given in the world; it stays there unless it `moves_with` a link."""
 
 
 class SurfaceLevel(Measured):

@@ -4,6 +4,7 @@ from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.models.bodies import Driven, Rigid
 from text2sim.spec_schema.models.controls import Bond
 from text2sim.spec_schema.names.name_table import NameTable
+from text2sim.spec_schema.names.removal_references import fixed_because
 from text2sim.spec_schema.text.document import Path
 
 
@@ -24,8 +25,5 @@ def check_bonds(table: NameTable) -> None:
         elif len(members) == len(listed(control.of)) and sum(member.count for member in members) < 2:
             message = f"`{members[0].text}` is a single body; name its copies, or a list of bodies that touch"
             table.report((*where, "of"), message, "not-bondable")
-        if scene.contact.model in ("sap", "ipc") or scene.solver.hibernation:
-            why = "with `hibernation`, what is bonded could not break while it sleeps"
-            if not scene.solver.hibernation:
-                why = f"contact model {scene.contact.model} has no bonds"
+        if why := fixed_because(scene, "what is bonded could not break while it sleeps", "has no bonds"):
             table.report((*where, "kind"), f"nothing can be bonded in this scene: {why}", "not-bondable")

@@ -4,6 +4,7 @@ from typing import Any
 
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.controls import Remove
+from text2sim.spec_schema.models.scene import Scene
 from text2sim.spec_schema.names.measure_references import measured_sides
 from text2sim.spec_schema.names.name_table import NameTable
 from text2sim.spec_schema.names.selectors import WORLD, parse_selector
@@ -27,14 +28,26 @@ def check_removals(table: NameTable) -> None:
         if member.deforms:
             message = f"`{member.name}` deforms; only rigid and driven bodies, trees and statics can be removed"
             table.report((*where, "body"), message, "not-removable")
-        elif scene.contact.model in ("sap", "ipc") or scene.solver.hibernation:
-            why = "with `hibernation`, bodies that rest on it would stay asleep in the air"
-            if not scene.solver.hibernation:
-                why = f"contact model {scene.contact.model} cannot remove a body during a run"
+        elif why := fixed_because(
+            scene, "bodies that rest on it would stay asleep in the air", "cannot remove a body during a run"
+        ):
             table.report((*where, "kind"), f"nothing can be removed from this scene: {why}", "not-removable")
         elif control.at is not None and not table.loaded.varies(where):
             _check_controls(table, name, control)
             _check_expectations(table, name, control)
+
+
+def fixed_because(scene: Scene, asleep: str, lacking: str) -> str | None:
+    """Return why bodies of a scene can be neither bonded nor removed; None if they can.
+
+    Args:
+        scene: The scene.
+        asleep: What would go wrong with bodies that sleep.
+        lacking: What its contact model does not do.
+    """
+    if scene.solver.hibernation:
+        return f"with `hibernation`, {asleep}"
+    return f"contact model {scene.contact.model} {lacking}" if scene.contact.model in ("sap", "ipc") else None
 
 
 def _check_controls(table: NameTable, name: str, removal: Remove) -> None:
