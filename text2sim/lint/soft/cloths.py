@@ -202,9 +202,9 @@ def _pressed(facts: Facts) -> Iterator[Problem]:
             if below := [*(bed for bed in beds if soft.comes_down_on(load, bed)), *grounds]:
                 bed = below[0].name
                 text = (
-                    f"`{load.name}` presses `{body.name}` on `{bed}`: points of pbd cloth are too light to carry it, are "
-                    f"squeezed out and throw it about; let it stand on `{bed}` with `material: {{touch_soft: false}}`, "
-                    "or use `solver: ipc`, which needs CUDA"
+                    f"`{load.name}` presses `{body.name}` on `{bed}`: points of pbd cloth are too light to carry it, "
+                    f"are squeezed out and throw it about; let it stand on `{bed}` with "
+                    "`material: {touch_soft: false}`, or use `solver: ipc`, which needs CUDA"
                 )
                 yield facts.problem("pressed-cloth", facts.first_given(load.body, "place", "pose"), text, key=True)
                 break
