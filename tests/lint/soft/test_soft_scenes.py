@@ -251,6 +251,32 @@ bodies:
     assert found.severity == "warning"
 
 
+def test_a_stream_needs_two_cells_and_has_no_shape_to_keep(tmp_path: Path) -> None:
+    syrup = """\
+bodies:
+  syrup: {kind: liquid, cell: 0.008, shape: {kind: stream, radius: %s, speed: 0.4, duration: 1}, pose: {pos: [0, 0, 0.3]}}
+"""
+    assert findings(tmp_path, "thin-soft-body", syrup % "0.008") == []
+    (found,) = findings(tmp_path, "thin-soft-body", syrup % "0.006")
+    assert ": it breaks up; `scene.mpm.cell` 0.006 gives it 2 " in found.message
+
+
+def test_layers_that_touch_are_not_called_inside_each_other(tmp_path: Path) -> None:
+    stack = """\
+bodies:
+  layer:
+    kind: soft
+    cell: 0.01
+    shape: {kind: cylinder, radius: 0.1, height: 0.03}
+    repeat: {kind: stack, count: 3}
+    pose: {pos: [0, 0, 0.2]}
+"""
+    (found,) = findings(tmp_path, "soft-too-near", stack)
+    assert (
+        "`layer[0]` and `layer[1]` are in contact at the start (and 1 more pair), closer than 2 cells" in found.message
+    )
+
+
 BORE = """\
 scene:
   gravity: [0, 0, 0]

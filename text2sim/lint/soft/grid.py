@@ -20,6 +20,8 @@ EMPTY_CELLS = 0.25
 """Thickness [cells] below which a body contains no particle: particles are half a cell apart."""
 MIN_CELLS = 2.2
 """Fewest cells through the thinnest part of a body: strokes of 2.2 cells bent and held."""
+STREAM_CELLS = 2.0
+"""The same of a stream, which has no shape to keep."""
 MIN_GAP_CELLS = 2.0
 """Fewest cells between bodies at the start: they touch at 1.6 cells."""
 
@@ -56,7 +58,8 @@ def _thin_body(facts: Facts) -> Iterator[Problem]:
     seen = set()
     for body in soft.of("mpm"):
         thin = soft.thickness(body)
-        if body.body in seen or thin >= MIN_CELLS * soft.cell * (1 - 1e-6):
+        least = STREAM_CELLS if body.copy.shape.kind == "stream" else MIN_CELLS
+        if body.body in seen or thin >= least * soft.cell * (1 - 1e-6):
             continue
         seen.add(body.body)
         cells = thin / soft.cell
@@ -64,9 +67,10 @@ def _thin_body(facts: Facts) -> Iterator[Problem]:
         if cells < EMPTY_CELLS:
             text += f", and contains no particle; make it at least {length(EMPTY_CELLS * soft.cell)} thick"
         else:
+            then = "it breaks up" if body.model.kind in ("liquid", "granular") else "it tears and keeps no shape"
             text += (
-                f": it tears and keeps no shape; `scene.mpm.cell` {at_most(thin / MIN_CELLS)} gives it "
-                f"{MIN_CELLS:g} (that is {(MIN_CELLS / cells) ** 4:.2g} times as slow)"
+                f": {then}; `scene.mpm.cell` {at_most(thin / least)} gives it "
+                f"{least:g} (that is {(least / cells) ** 4:.2g} times as slow)"
             )
         severity = "error" if cells < (1.0 if body.model.kind == "soft" else EMPTY_CELLS) else None
         where = facts.first_path(("scene", "mpm", "cell"), facts.first_given(body.body, "shape"))
@@ -82,9 +86,9 @@ def _too_near(facts: Facts) -> Iterator[Problem]:
     for pair in closest_pairs(Gaps(facts), pairs, room):
         gap, a, b, count = pair
         text = (
-            f"`{a.name}` and `{b.name}` are {f'{length(gap)} apart' if gap > 0 else 'inside each other'} at the start"
-            f"{more_copies(count, 'pairs')}, less than {MIN_GAP_CELLS:g} cells of the mpm grid "
-            f"({length(soft.cell)}): they keep this distance and stick to each other, as if they were one body; "
+            f"`{a.name}` and `{b.name}` are {f'{length(gap)} apart' if gap > 0 else 'in contact'} at the start"
+            f"{more_copies(count, 'pairs')}, closer than {MIN_GAP_CELLS:g} cells of the mpm grid "
+            f"({length(soft.cell)}): they stay so and stick to each other, as if they were one body; "
             f"increase it by {length(room - max(gap, 0.0))}, or, if one lies on the other to the end, let them touch "
             "and waive this"
         )
@@ -122,8 +126,8 @@ bodies:
         title="An mpm body is too thin for the grid to hold it together.",
         reason=f"""\
 A body needs {MIN_CELLS:g} cells through its thinnest part (letters with such strokes fell, bent and held); with fewer
-it has no bending stiffness, and its parts separate. A soft body thinner than one cell is an error, and so is any body
-thinner than a quarter of a cell, which contains no particle.""",
+it has no bending stiffness, and its parts separate. A stream needs {STREAM_CELLS:g} cells across. A soft body thinner
+than one cell is an error, and so is any body thinner than a quarter of a cell, which contains no particle.""",
         remedy="Make the grid finer with `scene.mpm.cell`, or the body thicker; or use `solver: fem`.",
         example="""\
 bodies:
