@@ -261,20 +261,24 @@ bodies:
     assert ": it breaks up; `scene.mpm.cell` 0.006 gives it 2 " in found.message
 
 
-def test_layers_that_touch_are_not_called_inside_each_other(tmp_path: Path) -> None:
-    stack = """\
+@pytest.mark.parametrize(
+    "step, state, away", [(0.035, "are 5 mm apart", 15), (0.03, "touch", 20), (0.02, "are 10 mm inside each other", 30)]
+)
+def test_soft_layers_are_said_to_touch_or_to_be_in_each_other(
+    tmp_path: Path, step: float, state: str, away: int
+) -> None:
+    stack = f"""\
 bodies:
   layer:
     kind: soft
     cell: 0.01
-    shape: {kind: cylinder, radius: 0.1, height: 0.03}
-    repeat: {kind: stack, count: 3}
-    pose: {pos: [0, 0, 0.2]}
+    shape: {{kind: cylinder, radius: 0.1, height: 0.03}}
+    repeat: {{kind: line, count: 3, step: [0, 0, {step}]}}
+    pose: {{pos: [0, 0, 0.2]}}
 """
     (found,) = findings(tmp_path, "soft-too-near", stack)
-    assert (
-        "`layer[0]` and `layer[1]` are in contact at the start (and 1 more pair), closer than 2 cells" in found.message
-    )
+    assert re.match(rf"`layer\[\d\]` and `layer\[\d\]` {state} at the start \(and \d more pairs?\)", found.message)
+    assert f"move one of them by {away} mm, or" in found.message
 
 
 BORE = """\

@@ -4,12 +4,14 @@ import math
 from collections.abc import Iterator
 from itertools import combinations
 
+from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.soft.settings import sound_step, wave_speed
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftFacts
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.soft.starts import closest_pairs
+from text2sim.lint.start.escape import Effort, overlap_of, overlapping
 from text2sim.lint.words import at_most, length, more_copies
 from text2sim.spec_schema.errors import Problem
 
@@ -20,6 +22,8 @@ EMPTY_CELLS = 0.25
 """Thickness [cells] below which a body contains no particle: particles are half a cell apart."""
 MIN_CELLS = 2.2
 """Fewest cells through the thinnest part of a body: strokes of 2.2 cells bent and held."""
+MIN_DEPTH, STEP_BUDGET = 1e-5, 4000
+"""Smallest depth [m] of an overlap that is not a touch, and budget for finding it."""
 STREAM_CELLS = 2.0
 """The same of a stream, which has no shape to keep."""
 MIN_GAP_CELLS = 2.0
@@ -85,14 +89,25 @@ def _too_near(facts: Facts) -> Iterator[Problem]:
     pairs = ((a, b) for a, b in combinations(soft.of("mpm"), 2) if a.body != b.body or a.model.kind not in merging)
     for pair in closest_pairs(Gaps(facts), pairs, room):
         gap, a, b, count = pair
+        depth = 0.0 if gap > 0.0 else _depth(facts, a.copy, b.copy)
+        state = f"are {length(gap)} apart" if gap > 0.0 else "touch"
+        if depth > MIN_DEPTH:
+            state = f"are {length(depth)} inside each other"
         text = (
-            f"`{a.name}` and `{b.name}` are {f'{length(gap)} apart' if gap > 0 else 'in contact'} at the start"
+            f"`{a.name}` and `{b.name}` {state} at the start"
             f"{more_copies(count, 'pairs')}, closer than {MIN_GAP_CELLS:g} cells of the mpm grid "
             f"({length(soft.cell)}): they stay so and stick to each other, as if they were one body; "
-            f"increase it by {length(room - max(gap, 0.0))}, or, if one lies on the other to the end, let them touch "
-            "and waive this"
+            f"move one of them by {length(room - gap + depth)}, or, if one lies on the other to the end, let them "
+            "touch and waive this"
         )
         yield facts.problem("soft-too-near", pair.where(facts), text, key=True)
+
+
+def _depth(facts: Facts, a: Copy, b: Copy) -> float:
+    """Return how deep [m] two copies are in each other; 0 if they only touch, or if it takes too long to find."""
+    effort = Effort(STEP_BUDGET)
+    pairs = [(p, q) for p in facts.parts(a) for q in facts.parts(b) if effort.spend() and overlapping(p, q)]
+    return overlap_of(facts.parts(a), facts.parts(b), pairs, effort).depth if pairs and effort.left > 0 else 0.0
 
 
 RULES = (
