@@ -262,7 +262,8 @@ bodies:
 
 
 @pytest.mark.parametrize(
-    "step, state, away", [(0.035, "are 5 mm apart", 15), (0.03, "touch", 20), (0.02, "are 10 mm inside each other", 30)]
+    ("step", "state", "away"),
+    [(0.035, "are 5 mm apart", 15), (0.03, "touch", 20), (0.02, "are 10 mm inside each other", 30)],
 )
 def test_soft_layers_are_said_to_touch_or_to_be_in_each_other(
     tmp_path: Path, step: float, state: str, away: int
