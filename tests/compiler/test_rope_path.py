@@ -61,6 +61,17 @@ def test_joints_of_what_is_laid_along_a_path_are_damped(tmp_path: Path, own: flo
     assert link.joint.damping == pytest.approx(own or 15 * mass * length**2)
 
 
+@pytest.mark.parametrize(("segments", "armature"), [(50, 0.02), (122, 1.5e-6 * 122**3 - 1 / 3)])
+def test_the_links_of_a_long_rope_are_not_lost_in_its_inertia(tmp_path: Path, segments: int, armature: float):
+    """A link has 1 / n^3 of the rope's inertia about its end: 5e-7 for 122 links, in numbers that are exact to 1.2e-7."""
+    case_of(tmp_path, "[[-0.105, 0, 0], {round: wheel}, [0.105, 0, 0]]")
+    path = tmp_path / "case.yaml"
+    path.write_text(path.read_text().replace("segments: 80", f"segments: {segments}"))
+    joint = resolve_case(load_case(tmp_path)).lowering.trees["line"].roots[0].children[0].joint
+    mass, length = link_of(place_all(load_case(tmp_path))[0]["line"][0].model)
+    assert joint is not None and joint.armature == pytest.approx(armature * mass * length**2)
+
+
 def test_it_goes_over_one_pulley_and_under_the_next(tmp_path: Path):
     """The links keep the rope's radius off both, touch them, and are equally long."""
     line = laid(tmp_path, "[[-0.105, 0, 0], {round: wheel}, {round: lower, side: [0, 0, -1]}, [0.7, 0, 1.2]]")

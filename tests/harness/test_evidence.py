@@ -60,6 +60,16 @@ def case(make_case):
     return make_case(bodies=("ball", "drum"), **ACTIONS)
 
 
+def test_the_speed_of_a_mechanism_is_that_of_its_fastest_link(new_run, make_case):
+    """Not of its centre of mass: a drawer is faster than its cabinet and it together."""
+    run = new_run(duration=0.1)
+    run.add_link("cabinet", link="case", mass=6.0)
+    run.add_link("cabinet", link="drawer", mass=2.0, vel=(0, 0.5, 0), ang=(0, 0, 3.0))
+    found = judge(run.write(), make_case(bodies=("cabinet",)))["speeds"]["cabinet"]
+    assert found["linear"]["max"] == pytest.approx(0.5)
+    assert found["angular"]["max"] == pytest.approx(3.0)
+
+
 def test_a_run_that_is_as_expected_passes(drop, case):
     folder = drop.write()
     found = judge(folder, case)

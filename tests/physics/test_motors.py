@@ -64,6 +64,27 @@ def test_a_velocity_drive_lags_under_its_load_by_force_over_damping(lifts, agree
     agree("velocity drive: measured speed [m/s]", lifts.measure("speed"), expected[::2], within=2e-6)
 
 
+def test_the_force_of_a_motor_is_its_impulse_over_the_step(simulate, agree):
+    """(m + h kv) v = dt sum F: the last substep alone would have kp v dt / 2 less, as if a sled without friction braked."""
+    sled = simulate("""
+scene: {duration: 0.6, dt: 0.01, substeps: 10, gravity: [0, 0, 0]}
+bodies:
+  sled:
+    kind: rigid
+    shape: {kind: box, size: [0.1, 0.1, 0.1]}
+    material: {mass: 4}
+    mount: {kind: slider, axis: x, actuator: {stiffness: 3000, damping: 300}}
+actions:
+  controls:
+    push: {kind: drive, joint: sled, position: {kind: ramp, to: 0.4, start: 0, end: 0.4, ease: linear}}
+  measures:
+    force: {kind: joint_force, of: sled}
+""")
+    _, speed, force = sled.joint("sled")
+    agree("impulse of a motor [N s]", 0.01 * np.cumsum(force[1:]), (4 + 0.001 * 300) * speed[1:], within=1e-3)
+    agree("force that keeps a speed of 1 m/s [N]", sled.measure("force")[35], 0, within=0.5)
+
+
 def test_an_arm_sags_to_where_its_servo_balances_gravity(simulate, agree):
     """At rest kp (q* - q) = m g d cos(q): a hinge whose load depends on where it is."""
     trial = simulate("""

@@ -140,16 +140,17 @@ def first_non_finite(recording: RecordedCase) -> dict[str, Any] | None:
 
 
 def speed_extremes(recording: RecordedCase) -> dict[str, Any]:
-    """Return the largest speed [m/s] and angular speed [rad/s] of each body, with time and copy."""
+    """Return the largest speed [m/s] and angular speed [rad/s] of the links of each body, with time and copy."""
     found: dict[str, Any] = {}
     for name, target in recording.names.copies.items():
         if recording.names.is_static(name) or not recording.states.frames:
             continue
-        rows = [("linear", "m/s", recording.velocity(target))]
         if target.soft is None:
-            rows.append(("angular", "rad/s", recording.states.ang[:, target.root].astype(float)))
-        for key, unit, vectors in rows:
-            row = extremes(recording.states.time, np.linalg.norm(vectors, axis=1))
+            rows = [*zip(("linear", "angular"), ("m/s", "rad/s"), recording.fastest(target), strict=True)]
+        else:
+            rows = [("linear", "m/s", np.linalg.norm(recording.velocity(target), axis=1))]
+        for key, unit, speeds in rows:
+            row = extremes(recording.states.time, speeds)
             fastest = found.setdefault(body_of(name), {})
             if row["max"] is not None and (key not in fastest or row["max"] > fastest[key]["max"]):
                 fastest[key] = {"max": row["max"], "at": row["max_at"], "copy": name, "unit": unit}

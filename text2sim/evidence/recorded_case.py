@@ -157,6 +157,15 @@ class RecordedCase:
         mean = np.einsum("fni,n->fi", self.states.vel[:, links].astype(float), weights / weights.sum())
         return self._unless_gone(target, mean)
 
+    def fastest(self, target: RecordedTarget) -> tuple[Array, Array]:
+        """Return the largest speed [m/s] and angular speed [rad/s] of a rigid target's links, shape (F,) each."""
+        speeds = (
+            np.linalg.norm(a[:, list(target.links)].astype(float), axis=-1).max(axis=1)
+            for a in (self.states.vel, self.states.ang)
+        )
+        linear, angular = (self._unless_gone(target, speed) for speed in speeds)
+        return linear, angular
+
     def origin(self, target: RecordedTarget) -> Array:
         """Return the origin of a target's frame [m], world, shape (F, 3); for a deformable body, its centre of mass.
 

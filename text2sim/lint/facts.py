@@ -10,10 +10,10 @@ from text2sim.compiler.masses import masses_of
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.boxes import Bounds, union
-from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_rotate, vector_dot
+from text2sim.compiler.shapes.sculpting import piece_mesh
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.compiler.trees.tree import Tree, tree_links
 from text2sim.lint.parts import Ground, StandingPart, near
@@ -205,7 +205,7 @@ class Facts:
         return self._parts[copy.name]
 
     def _part(self, piece: Piece, pos: Vec, quat: Quaternion, moves: bool, link: str | None) -> StandingPart:
-        mesh = load_mesh(str(piece.file), self.folder) if piece.collision in ("decompose", "exact") else None
+        mesh = piece_mesh(piece, self.folder) if piece.collision in ("decompose", "exact") else None
         return StandingPart(piece, pos, quat, moves, link, mesh)
 
     def box(self, copy: Copy) -> Bounds | None:

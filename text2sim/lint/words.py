@@ -17,6 +17,8 @@ def vector(values: tuple[float, ...]) -> str:
 
 def more_copies(count: int, what: str = "of its copies") -> str:
     """Return the suffix after the first of several copies: ` (and 3 more of its copies)`."""
+    if count == 2:
+        what = what.replace("pairs", "pair")
     return f" (and {count - 1} more {what})" if count > 1 else ""
 
 

@@ -118,9 +118,12 @@ class Recorder:
         names = {entity.idx: name for name, entity in bodies.items()}
         self._link_bodies = [names.get(link.entity.idx, link.entity.name) for link in self._solver.links]
         self._frames, self._chunk, self._step = [], 0, 0
+        self._motor_forces = []  # of the substeps of this step
         self._flushed = time.monotonic()
         self.gone, self.bonds = {}, None  # time of removal [s] by copy; what tells of the bonds
         links, dofs = self._solver.dyn_state.links, self._solver.dyn_state.dofs
+        # The clipped force of the last substep; `get_dofs_control_force` would give that of the next one.
+        self._motor_force = _reader(dofs.qf_applied)
         self._reads = {
             "links_pos": _reader(links.pos),
             "links_quat": _reader(links.quat),
@@ -129,8 +132,7 @@ class Recorder:
             "links_lever": _reader(links.i_pos),
             "qpos": _reader(self._solver.qpos),
             "dofs_velocity": _reader(dofs.vel),
-            # The clipped force of the last substep; `get_dofs_control_force` would give that of the next one.
-            "dofs_control_force": _reader(dofs.qf_applied),
+            "dofs_control_force": self._mean_motor_force,
         }
         # The engine allocates one row even for fields that the scene has no use for.
         empty = [*self._reads] if not self._solver.is_active else ["qpos", "dofs_velocity", "dofs_control_force"]
@@ -178,6 +180,7 @@ class Recorder:
         if step % self._every == 0:
             self._record(step * self._dt)
             self._progress("simulate", step * self._dt, self._duration)
+        self._motor_forces.clear()
         if self._is_chunk_full():
             self._flush()
         elif time.monotonic() - self._flushed > SECONDS_IN_HAND:
@@ -205,16 +208,21 @@ class Recorder:
         self._progress("simulate", self._step * self._dt, self._duration, force=True, state=state)
 
     def _watch_substeps(self) -> None:
-        """Gathers contacts after every substep: an impact can begin and end within a step."""
+        """Gathers contacts and motor forces after every substep: an impact can begin and end within a step."""
         substep = self._solver.substep
 
         def watched(f):
             substep(f)
             self._contacts.gather(self._step + 1)
+            self._motor_forces.append(self._motor_force())
 
         self._solver.substep = watched
         if self._soft is not None:
             self._soft.watch_substeps()
+
+    def _mean_motor_force(self) -> np.ndarray:
+        # A servo's target moves once in a step, so that its force falls from the first substep to the last.
+        return np.mean(self._motor_forces, axis=0) if self._motor_forces else self._motor_force()
 
     def _record(self, t: float) -> None:
         frame = {name: read() for name, read in self._reads.items()}

@@ -14,10 +14,10 @@ from genesis.utils.sdf import sdf_func_normal_world, sdf_func_world
 
 
 def keep_out(entities, every):
-    """Move particles out of rigid bodies now, and at every so many substeps of the built scene.
+    """Move particles out of rigid bodies at every so many substeps of the built scene.
 
-    What lies too near at the start was put there, and is not squeezed: snow that was hardened a thousandfold, and the
-    run ended in nan.
+    The first time, they are only moved: what starts on a floor would burst if its lowest layer began squeezed, and snow
+    that fills a trough, which such a squeeze hardens a thousandfold, ended in nan.
 
     Args:
         entities: Liquids, grains and snow.
@@ -26,21 +26,20 @@ def keep_out(entities, every):
     solver, rigid = entities[0].solver, entities[0].sim.rigid_solver
     state, facts, collider = rigid.dyn_state, rigid.dyn_info, rigid.collider
     substep, ranges = solver.substep_post_coupling, [(one.particle_start, one.particle_end) for one in entities]
-
-    def move_out(f, squeeze):
-        for first, last in ranges:
-            _move_out(
-                solver.particles, solver.particles_ng, solver.particles_info, f, first, last, squeeze,
-                solver.particle_radius, solver.substep_dt, solver._particle_volume_scale, state.geoms, facts.geoms,
-                state.links, collider.sdf.sdf_info, rigid.rigid_info, collider.collider_config,
-            )  # fmt: skip
+    share = 0.0
 
     def kept(f):
+        nonlocal share
         substep(f)
         if solver.sim.cur_substep_global % every == 0:
-            move_out(f + 1, 0.5)
+            for first, last in ranges:
+                _move_out(
+                    solver.particles, solver.particles_ng, solver.particles_info, f + 1, first, last,
+                    solver.particle_radius, share, solver.substep_dt, solver._particle_volume_scale, state.geoms,
+                    facts.geoms, state.links, collider.sdf.sdf_info, rigid.rigid_info, collider.collider_config,
+                )  # fmt: skip
+            share = 1.0
 
-    move_out(0, 0.0)
     solver.substep_post_coupling = kept
 
 
@@ -52,8 +51,8 @@ def _move_out(
     f: qd.i32,
     first: qd.i32,
     last: qd.i32,
-    squeeze: qd.f32,
     radius: qd.f32,
+    share: qd.f32,
     h: qd.f32,
     scale: qd.f32,
     geoms_state: GeomsState,
@@ -85,7 +84,7 @@ def _move_out(
                             )
                     if depth > 0.0:
                         particles[f, i, 0].pos = pos + depth * normal
-                        squeezed = squeeze * qd.min(depth / radius, 1.0) * normal.outer_product(normal)
+                        squeezed = share * qd.min(depth / (2.0 * radius), 0.5) * normal.outer_product(normal)
                         particles[f, i, 0].F -= squeezed @ particles[f, i, 0].F
                         slip = particles[f, i, 0].vel - func_vel_at_point(link, 0, pos, links_state)
                         speed = -slip.dot(normal)

@@ -251,6 +251,37 @@ bodies:
     assert found.severity == "warning"
 
 
+def test_a_stream_needs_two_cells_and_has_no_shape_to_keep(tmp_path: Path) -> None:
+    syrup = """\
+bodies:
+  syrup: {kind: liquid, cell: 0.008, shape: {kind: stream, radius: %s, speed: 0.4, duration: 1}, pose: {pos: [0, 0, 0.3]}}
+"""
+    assert findings(tmp_path, "thin-soft-body", syrup % "0.008") == []
+    (found,) = findings(tmp_path, "thin-soft-body", syrup % "0.006")
+    assert ": it breaks up; `scene.mpm.cell` 0.006 gives it 2 " in found.message
+
+
+@pytest.mark.parametrize(
+    ("step", "state", "away"),
+    [(0.035, "are 5 mm apart", 15), (0.03, "touch", 20), (0.02, "are 10 mm inside each other", 30)],
+)
+def test_soft_layers_are_said_to_touch_or_to_be_in_each_other(
+    tmp_path: Path, step: float, state: str, away: int
+) -> None:
+    stack = f"""\
+bodies:
+  layer:
+    kind: soft
+    cell: 0.01
+    shape: {{kind: cylinder, radius: 0.1, height: 0.03}}
+    repeat: {{kind: line, count: 3, step: [0, 0, {step}]}}
+    pose: {{pos: [0, 0, 0.2]}}
+"""
+    (found,) = findings(tmp_path, "soft-too-near", stack)
+    assert re.match(rf"`layer\[\d\]` and `layer\[\d\]` {state} at the start \(and \d more pairs?\)", found.message)
+    assert f"move one of them by {away} mm, or" in found.message
+
+
 BORE = """\
 scene:
   gravity: [0, 0, 0]

@@ -153,6 +153,17 @@ class TestMeshes:
         (found,) = overlaps(assets, ball)
         assert depth_and_way(found)[0] == "70 mm", "30 mm and 40 mm, the bar's radius"
 
+    def test_a_sculpted_bowl_keeps_its_hollow(self, tmp_path: Path) -> None:
+        """Its surface is known without a file."""
+        bowl = (
+            "bowl: {kind: rigid, shape: {kind: sculpt, collision: decompose, parts: {bowl: {kind: revolve, "
+            "profile: [[0, 0], [0.1, 0], [0.2, 0.15], [0.16, 0.15], [0.08, 0.03], [0, 0.03]]}}}, pose: {pos: [0, 0, 0.5]}}"
+        )
+        ball = "ball: {kind: rigid, shape: {kind: sphere, radius: 0.06}, pose: {pos: [0, 0, %s]}}"
+        assert overlaps(tmp_path, f"bodies: {{{bowl}, {ball % 0.6}}}") == []
+        (found,) = overlaps(tmp_path, f"bodies: {{{bowl}, {ball % 0.52}}}")
+        assert "`bowl` and `ball` overlap" in found.message
+
 
 def test_speed_grows_with_depth_over_the_timeconst() -> None:
     def speed(timeconst: float) -> float:

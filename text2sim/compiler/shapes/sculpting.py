@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.answer_cache import cached_answer
 from text2sim.compiler.memory import Memory
+from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.hulls import outward_hull
-from text2sim.compiler.shapes.meshfile import obj_text
+from text2sim.compiler.shapes.meshfile import MeshFile, obj_text
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.shapes.surface import VisualMesh
@@ -46,6 +47,12 @@ class Sculpted:
     def digest(self) -> str:
         """Hash of the surface."""
         return sha256(self.vertices.tobytes() + self.faces.tobytes()).hexdigest()
+
+    @cached_property
+    def mesh(self) -> MeshFile:
+        """The surface as if it had been read from a file, in metres."""
+        corners, net = outward_hull(self.vertices)
+        return MeshFile(self.vertices, self.faces, self.vertices[corners], net, volume=self.volume, closed=True)
 
     @cached_property
     def volume(self) -> float:
@@ -110,6 +117,18 @@ def sculpted(shape: Sculpt) -> Sculpted:
 def sculpted_obj(file: str) -> str:
     """Return the .obj text of the surface that a piece names as its file."""
     return _BY_DIGEST[file.removeprefix(DIGEST_PREFIX)].obj()
+
+
+def piece_mesh(piece: Piece, folder: Path) -> MeshFile:
+    """Return the surface that a piece names as its file: of a sculpted shape, or of a file in the case's folder.
+
+    Raises:
+        AssetError: if the file cannot be read.
+    """
+    file = str(piece.file)
+    if file.startswith(DIGEST_PREFIX):
+        return _BY_DIGEST[file.removeprefix(DIGEST_PREFIX)].mesh
+    return load_mesh(file, folder)
 
 
 def pieces_of(shape: Sculpt) -> list[Piece]:

@@ -93,6 +93,12 @@ beside the payload's, and any touch throws the chain apart. Measured with 50 kg 
 substeps of 10 ms: 20 links need 8e-8 to 8e-7 of `M L^2`, and 40 links 2.2e-7 to 4.5e-7.
 """
 
+LONG_ARMATURE = 1.5e-6
+"""The same of the joints of a rope and the inertia of a link about its joint together, over `M L^2` of the whole rope.
+
+At least as much as a rope of 62 links has by itself, which runs; one of 122 links over a pulley flew apart at once.
+"""
+
 
 def chain_tree(chain: Chain, direction: Vec, rgba: Rgba, payload: tuple[tuple[TreeGeom, ...], float] | None) -> Tree:
     """Return a hanging chain as one tree of ball joints: it cannot stretch, whatever hangs on it.
@@ -166,6 +172,8 @@ def rope_tree(rope: Rope, direction: Vec, rgba: Rgba) -> Tree:
     density = mass / capsule_mass(radius, length, 1.0)
     damping = 0.05 if rope.along is None else LAID_DAMPING
     joint = ball_joint(JointDynamics.model_construct(damping=rope.damping), mass, length, damping=damping)
+    least = (LONG_ARMATURE * rope.segments**3 - 1 / 3) * mass * length**2
+    joint = replace(joint, armature=max(joint.armature, least))
     if rope.damping is None and spring > 0.0:
         inertia = mass * length**2 / 3 + joint.armature
         joint = replace(joint, damping=max(joint.damping, 2 * BEND_DAMPING * math.sqrt(spring * inertia)))

@@ -4,12 +4,14 @@ import math
 from collections.abc import Iterator
 from itertools import combinations
 
+from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.soft.settings import sound_step, wave_speed
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftFacts
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.soft.starts import closest_pairs
+from text2sim.lint.start.escape import Effort, overlap_of, overlapping
 from text2sim.lint.words import at_most, length, more_copies
 from text2sim.spec_schema.errors import Problem
 
@@ -20,6 +22,10 @@ EMPTY_CELLS = 0.25
 """Thickness [cells] below which a body contains no particle: particles are half a cell apart."""
 MIN_CELLS = 2.2
 """Fewest cells through the thinnest part of a body: strokes of 2.2 cells bent and held."""
+MIN_DEPTH, STEP_BUDGET = 1e-5, 4000
+"""Smallest depth [m] of an overlap that is not a touch, and budget for finding it."""
+STREAM_CELLS = 2.0
+"""The same of a stream, which has no shape to keep."""
 MIN_GAP_CELLS = 2.0
 """Fewest cells between bodies at the start: they touch at 1.6 cells."""
 
@@ -56,7 +62,8 @@ def _thin_body(facts: Facts) -> Iterator[Problem]:
     seen = set()
     for body in soft.of("mpm"):
         thin = soft.thickness(body)
-        if body.body in seen or thin >= MIN_CELLS * soft.cell * (1 - 1e-6):
+        least = STREAM_CELLS if body.copy.shape.kind == "stream" else MIN_CELLS
+        if body.body in seen or thin >= least * soft.cell * (1 - 1e-6):
             continue
         seen.add(body.body)
         cells = thin / soft.cell
@@ -64,9 +71,10 @@ def _thin_body(facts: Facts) -> Iterator[Problem]:
         if cells < EMPTY_CELLS:
             text += f", and contains no particle; make it at least {length(EMPTY_CELLS * soft.cell)} thick"
         else:
+            then = "it breaks up" if body.model.kind in ("liquid", "granular") else "it tears and keeps no shape"
             text += (
-                f": it tears and keeps no shape; `scene.mpm.cell` {at_most(thin / MIN_CELLS)} gives it "
-                f"{MIN_CELLS:g} (that is {(MIN_CELLS / cells) ** 4:.2g} times as slow)"
+                f": {then}; `scene.mpm.cell` {at_most(thin / least)} gives it "
+                f"{least:g} (that is {(least / cells) ** 4:.2g} times as slow)"
             )
         severity = "error" if cells < (1.0 if body.model.kind == "soft" else EMPTY_CELLS) else None
         where = facts.first_path(("scene", "mpm", "cell"), facts.first_given(body.body, "shape"))
@@ -81,14 +89,25 @@ def _too_near(facts: Facts) -> Iterator[Problem]:
     pairs = ((a, b) for a, b in combinations(soft.of("mpm"), 2) if a.body != b.body or a.model.kind not in merging)
     for pair in closest_pairs(Gaps(facts), pairs, room):
         gap, a, b, count = pair
+        depth = 0.0 if gap > 0.0 else _depth(facts, a.copy, b.copy)
+        state = f"are {length(gap)} apart" if gap > 0.0 else "touch"
+        if depth > MIN_DEPTH:
+            state = f"are {length(depth)} inside each other"
         text = (
-            f"`{a.name}` and `{b.name}` are {f'{length(gap)} apart' if gap > 0 else 'inside each other'} at the start"
-            f"{more_copies(count, 'pairs')}, less than {MIN_GAP_CELLS:g} cells of the mpm grid "
-            f"({length(soft.cell)}): they keep this distance and stick to each other, as if they were one body; "
-            f"increase it by {length(room - max(gap, 0.0))}, or, if one lies on the other to the end, let them touch "
-            "and waive this"
+            f"`{a.name}` and `{b.name}` {state} at the start"
+            f"{more_copies(count, 'pairs')}, closer than {MIN_GAP_CELLS:g} cells of the mpm grid "
+            f"({length(soft.cell)}): they stay so and stick to each other, as if they were one body; "
+            f"move one of them by {length(room - gap + depth)}, or, if one lies on the other to the end, let them "
+            "touch and waive this"
         )
         yield facts.problem("soft-too-near", pair.where(facts), text, key=True)
+
+
+def _depth(facts: Facts, a: Copy, b: Copy) -> float:
+    """Return how deep [m] two copies are in each other; 0 if they only touch, or if it takes too long to find."""
+    effort = Effort(STEP_BUDGET)
+    pairs = [(p, q) for p in facts.parts(a) for q in facts.parts(b) if effort.spend() and overlapping(p, q)]
+    return overlap_of(facts.parts(a), facts.parts(b), pairs, effort).depth if pairs and effort.left > 0 else 0.0
 
 
 RULES = (
@@ -122,8 +141,8 @@ bodies:
         title="An mpm body is too thin for the grid to hold it together.",
         reason=f"""\
 A body needs {MIN_CELLS:g} cells through its thinnest part (letters with such strokes fell, bent and held); with fewer
-it has no bending stiffness, and its parts separate. A soft body thinner than one cell is an error, and so is any body
-thinner than a quarter of a cell, which contains no particle.""",
+it has no bending stiffness, and its parts separate. A stream needs {STREAM_CELLS:g} cells across. A soft body thinner
+than one cell is an error, and so is any body thinner than a quarter of a cell, which contains no particle.""",
         remedy="Make the grid finer with `scene.mpm.cell`, or the body thicker; or use `solver: fem`.",
         example="""\
 bodies:

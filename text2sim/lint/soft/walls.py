@@ -54,7 +54,7 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
         name = copy.name if link is None else f"{copy.name}.{link}"
         text = (
             f"`{name}` is {length(thin)} thick, {soft.in_cells(thin + more)}"
-            f"{' with its soft_reach' if more else ''}, and {why}: `{body.name}` {then}; make it "
+            f"{' with its soft_reach' if more else ''}, and {why}: `{body.body}` {then}; make it "
             f"{length(wanted * soft.cell - more)} or thicker, or `scene.mpm.cell` {at_most((thin + more) / wanted)}"
         )
         if then == CLOSES:

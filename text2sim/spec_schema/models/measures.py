@@ -205,7 +205,7 @@ class JointVelocity(_Of):
 
 
 class JointForce(_Of):
-    """Torque [N m] or force [N] of the actuator."""
+    """Torque [N m] or force [N] of the actuator, mean over a time step."""
 
     kind: Literal["joint_force"]
     traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=False, instead="")
