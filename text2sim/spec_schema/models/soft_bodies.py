@@ -61,6 +61,11 @@ class Soft(Deformable):
             raise ValueError("model elasto_plastic needs solver mpm (got fem)")
         if self.material.yield_stress is not None and self.material.model != "elasto_plastic":
             raise ValueError(f"yield_stress needs model elasto_plastic (got {self.material.model})")
+        if self.material.viscosity and self.material.model != "elasto_plastic":
+            raise ValueError(
+                f"viscosity needs model elasto_plastic (got {self.material.model}); what has no shape of its own "
+                "is a liquid, which takes a viscosity, too"
+            )
         if self.material.tear_stretch is not None:
             if self.solver == "fem":
                 raise ValueError("material.tear_stretch needs solver mpm (got fem)")
