@@ -30,13 +30,15 @@ class Point:
 
     @qd.kernel
     def flow(self, rate: gs.qd_float, steps: qd.i32):
-        for _ in range(1):
-            for _ in range(steps):
+        for _ in range(1):  # the outermost loop is parallel
+            for _step in range(steps):
                 L = qd.Matrix.zero(gs.qd_float, 3, 3)
                 L[0, 1] = rate
                 F = self.F[None] + self.substep * L @ self.F[None]
                 U, S, V = qd.svd(F, gs.qd_float)
-                self.F[None], self.S[None], _ = self.law._update_viscoplastic(S.determinant(), F, U, S, V, gs.qd_float(1.0))
+                F, S, Jp = self.law._update_viscoplastic(S.determinant(), F, U, S, V, gs.qd_float(1.0))
+                self.F[None] = F
+                self.S[None] = S
 
     def stress(self, rate, seconds):
         self.flow(rate, round(seconds / self.substep))

@@ -119,8 +119,9 @@ class LiquidMaterial(Model):
     stiffness: Positive = 5e5
     """Resistance to compression [Pa]; softer than real water (2e9), for longer time steps."""
     viscosity: NonNegative = 0.0
-    """Dynamic viscosity [Pa s]: oil 0.1, syrup 2, honey 10, toothpaste 100; that of water is less than the grid's own.
-    A high one wants short steps: at most some `density cell^2 / (8 viscosity)`."""
+    """Dynamic viscosity [Pa s]: oil 0.1, syrup 2, honey 10; that of water is less than the grid's own. A high one wants
+    short steps: at most some `density cell^2 / (8 viscosity)`. A liquid always levels out: what keeps a shape, as cream
+    and toothpaste, is a `soft` body of model `elasto_plastic` with a `viscosity`."""
     viscous: Bool = False
     """Make it also resist shear, as much as its stiffness allows; with `viscosity` one says how much."""
 
