@@ -153,6 +153,25 @@ def test_streams_flow_before_each_step(tmp_path: Path) -> None:
     assert "Flows(scene, STREAMS, bodies, DT)," in (tmp_path / "program" / "actions.py").read_text()
 
 
+FOAM = """\
+text2sim: 2
+name: foam
+scene: {duration: 1, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  dab: {kind: soft, repeat: {kind: line, count: 2, step: [1, 0, 0]}, shape: {kind: box, size: [0.1, 0.1, 0.1]}, material: {model: elasto_plastic, yield_stress: 300, viscosity: "${20 * i}"}, pose: {pos: [0, 0, 0.1]}}
+"""
+
+
+def test_plastic_solids_with_a_viscosity_know_their_substep(tmp_path: Path) -> None:
+    compile_case(load_case(write(tmp_path, FOAM)), tmp_path / "program")
+    bodies = (tmp_path / "program" / "bodies.py").read_text()
+    assert "from viscoplastic import Viscoplastic" in bodies
+    assert "from scene import DT" in bodies
+    assert "substep=DT / " in bodies
+    assert "MPM.ElastoPlastic" not in bodies, "all copies are of one class"
+    assert (tmp_path / "program" / "viscoplastic.py").exists()
+
+
 def test_same_case_same_bytes(tmp_path: Path) -> None:
     case = load_case(write(tmp_path, CASE))
     compile_case(case, tmp_path / "a")

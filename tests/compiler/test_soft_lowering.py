@@ -11,6 +11,7 @@ from text2sim.compiler.explicit import explicit
 from text2sim.compiler.masses import masses
 from text2sim.compiler.plan import EntityPlan
 from text2sim.compiler.shapes.rotation import quat_to_rows
+from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
 
 HEAD = "text2sim: 2\nname: soft\nscene: {duration: 1, statics: {floor: {shape: {kind: plane}, material: {friction: 0.7}}}}\nbodies:\n"
@@ -52,6 +53,16 @@ def test_yield_stress_is_that_of_von_mises() -> None:
     # Under uniaxial stress s the deviator is s (2/3, -1/3, -1/3), whose norm is s sqrt(2/3): the engine's measure.
     deviator = 3000 * np.array([2 / 3, -1 / 3, -1 / 3])
     assert one.material_options["von_mises_yield_stress"] == pytest.approx(np.linalg.norm(deviator), rel=1e-5)
+
+
+def test_a_plastic_solid_with_a_viscosity_is_of_our_own_class() -> None:
+    stuff = "model: elasto_plastic, yield_stress: 300.0"
+    plain = entity(f"  a: {{kind: soft, {BOX}, material: {{{stuff}}}}}")
+    slow = entity(f"  a: {{kind: soft, {BOX}, material: {{{stuff}, viscosity: 20}}}}")
+    assert (plain.material, slow.material) == ("MPM.ElastoPlastic", "Viscoplastic")
+    assert slow.material_options == plain.material_options | {"viscosity": 20.0}
+    with pytest.raises(SpecError, match="viscosity needs model elasto_plastic \\(got elastic\\)"):
+        entity(f"  a: {{kind: soft, {BOX}, material: {{viscosity: 20}}}}")
 
 
 @pytest.mark.parametrize(

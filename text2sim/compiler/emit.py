@@ -40,9 +40,12 @@ FROM_FILE = ("MJCF", "URDF", "Mesh")
 OWN_MATERIALS = {
     "DampSand": ("damp_sand.py", "cohesion", 0.0),
     "TearingSolid": ("tearing_solid.py", "tear_stretch", Code("float('inf')")),
+    "Viscoplastic": ("viscoplastic.py", "viscosity", 0.0),
     "ViscousLiquid": ("viscous_liquid.py", "viscosity", 0.0),
 }
 """Materials of our own: their module, the property without which the engine's does, and its value in a copy without."""
+RATE_DEPENDENT = {"Viscoplastic", "ViscousLiquid"}
+"""Those of them that need to know the substep."""
 
 # Roughness and metallic of the engine's surfaces; its rasteriser shows little of the difference.
 FINISHES = {
@@ -179,6 +182,7 @@ def _context(plan: Plan) -> dict[str, Any]:
     names = ("substeps", "solver", "iterations", "friction_cone", "timeconst", "max_pairs")
     why = {name: Code(f"  # {comment(settings.why[name])}" if name in settings.why else "") for name in names}
     soft = settings.soft
+    own_materials = {entity.material for entity in plan.entities} & {*OWN_MATERIALS}
     return {
         **vars(plan),
         "version": comment(__version__),
@@ -207,7 +211,8 @@ def _context(plan: Plan) -> dict[str, Any]:
         "link_contact": {tuple(name.split(".")): damping for name, damping in plan.contact.items() if "." in name},
         "cloth_on_grid": soft is not None and bool(soft.mpm and soft.pbd) and soft.model == "particle",
         "cloth": next((name for name, facts in plan.deformables.items() if facts.solver == "pbd"), None),
-        "own_materials": {entity.material for entity in plan.entities} & {*OWN_MATERIALS},
+        "own_materials": own_materials,
+        "rate_dependent": own_materials & RATE_DEPENDENT,
         "dampings": {name: facts.damping for name, facts in plan.deformables.items() if facts.damping},
         "gases": {name: facts.gas for name, facts in plan.deformables.items() if facts.gas},
         "streams": {name: facts.stream for name, facts in plan.deformables.items() if facts.stream},
@@ -275,7 +280,7 @@ def _group(group: Group, substeps: int) -> dict[str, Any]:
 def _of_class(own: str, entity: EntityPlan, substeps: int) -> EntityPlan:
     _, name, without = OWN_MATERIALS[own]
     options = {name: without} | entity.material_options
-    if own == "ViscousLiquid":
+    if own in RATE_DEPENDENT:
         options["substep"] = Code(f"DT / {substeps}")
     return replace(entity, material=own, material_options=options)
 

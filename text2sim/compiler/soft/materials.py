@@ -76,7 +76,10 @@ def _mpm_soft(model: Soft) -> Made:
     if material.model == "elasto_plastic":
         # The engine compares the norm of the deviatoric stress, which is sqrt(2/3) of the von Mises stress.
         limit = sqrt(2 / 3) * (material.yield_stress or YIELD * material.youngs_modulus)
-        return "MPM.ElastoPlastic", values | {"von_mises_yield_stress": float(f"{limit:.6g}")}
+        values["von_mises_yield_stress"] = float(f"{limit:.6g}")
+        if material.viscosity:
+            return "Viscoplastic", values | {"viscosity": material.viscosity}
+        return "MPM.ElastoPlastic", values
     values["model"] = {"elastic": "corotation", "neo_hookean": "neohooken"}[material.model]
     if material.tear_stretch is not None:
         return "TearingSolid", values | {"tear_stretch": material.tear_stretch}

@@ -28,8 +28,16 @@ class SoftMaterial(Model):
     middle of the body; by default 1e7. For bodies that are squeezed to half their width use 10 to 30 times
     `youngs_modulus`: the engine cannot solve contact that is hundreds of times stiffer than the body."""
     yield_stress: Positive | None = None
-    """With `elasto_plastic`: von Mises stress [Pa] from which it flows; by default a tenth of the stiffness. A column
-    bears `rho g h` at its foot: the foot bulges under the weight if it is higher than `yield_stress / (rho g)`."""
+    """With `elasto_plastic`: von Mises stress [Pa] from which it flows; by default a tenth of the stiffness. It is 1.7
+    times the yield stress in shear that tables give. A column bulges at its foot above the height
+    `yield_stress / (rho g)`."""
+    viscosity: NonNegative = 0.0
+    """With `elasto_plastic`: plastic viscosity [Pa s] (Bingham): it keeps its shape below `yield_stress`, and flows
+    slowly above it, as foams, creams and pastes do; with 0 it gives way at once. `yield_stress` and `viscosity` are about
+    40 and 2 for custard, 100 and 5 for whipped cream, 100 and 10 for shaving foam, 150 and 5 for mayonnaise, 300 and 30
+    for toothpaste, 2000 and 1000 for lava, 10,000 and 1000 for wet clay. A block of height h stays as it is below a
+    density of `yield_stress / (9.81 h)`; else it sinks within some `3 viscosity / yield_stress` seconds. Give a
+    `youngs_modulus` of ten times `yield_stress`, and of the pressure at its base, or more."""
     tear_stretch: Real | None = Field(default=None, gt=1.0, le=10.0)
     """With solver mpm, not `elasto_plastic`: the largest stretch, length over length at rest in any direction, beyond
     which it tears, for ever: jelly 1.4, bread 1.3, tofu 1.15, cake 1.1. What has torn bears pressure and friction, and
@@ -111,8 +119,9 @@ class LiquidMaterial(Model):
     stiffness: Positive = 5e5
     """Resistance to compression [Pa]; softer than real water (2e9), for longer time steps."""
     viscosity: NonNegative = 0.0
-    """Dynamic viscosity [Pa s]: oil 0.1, syrup 2, honey 10, toothpaste 100; that of water is less than the grid's own.
-    A high one wants short steps: at most some `density cell^2 / (8 viscosity)`."""
+    """Dynamic viscosity [Pa s]: oil 0.1, syrup 2, honey 10; that of water is less than the grid's own. A high one wants
+    short steps: at most some `density cell^2 / (8 viscosity)`. A liquid always levels out: what keeps a shape, as cream
+    and toothpaste, is a `soft` body of model `elasto_plastic` with a `viscosity`."""
     viscous: Bool = False
     """Make it also resist shear, as much as its stiffness allows; with `viscosity` one says how much."""
 
