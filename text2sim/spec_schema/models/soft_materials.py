@@ -33,10 +33,10 @@ class SoftMaterial(Model):
     `yield_stress / (rho g)`."""
     viscosity: NonNegative = 0.0
     """With `elasto_plastic`: plastic viscosity [Pa s] (Bingham): it keeps its shape below `yield_stress`, and flows
-    slowly above it, as foams, creams and pastes do; with 0 it gives way at once. `yield_stress` and `viscosity` are about
-    40 and 2 for custard, 100 and 5 for whipped cream, 100 and 10 for shaving foam, 150 and 5 for mayonnaise, 300 and 30
-    for toothpaste, 2000 and 1000 for lava, 10,000 and 1000 for wet clay. A block of height h stays as it is below a
-    density of `yield_stress / (9.81 h)`; else it sinks within some `3 viscosity / yield_stress` seconds. Give a
+    slowly above it, as foams, creams and pastes do; with 0 it gives way at once. `yield_stress` and `viscosity` are
+    about 40 and 2 for custard, 100 and 5 for whipped cream, 100 and 10 for shaving foam, 150 and 5 for mayonnaise, 300
+    and 30 for toothpaste, 2000 and 1000 for lava, 10,000 and 1000 for wet clay. A block of height h stays as it is below
+    a density of `yield_stress / (9.81 h)`; else it sinks within some `3 viscosity / yield_stress` seconds. Give a
     `youngs_modulus` of ten times `yield_stress`, and of the pressure at its base, or more."""
     tear_stretch: Real | None = Field(default=None, gt=1.0, le=10.0)
     """With solver mpm, not `elasto_plastic`: the largest stretch, length over length at rest in any direction, beyond
