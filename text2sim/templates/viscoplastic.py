@@ -8,13 +8,13 @@ import quadrants as qd
 
 @qd.data_oriented
 class Viscoplastic(gs.materials.MPM.ElastoPlastic):
-    """Bingham's solid: elastic up to the yield stress of von Mises, beyond it with the flow `excess / (2 viscosity)`.
+    """Bingham's solid: elastic below the yield stress of von Mises, and above it flows at `excess / (2 viscosity)`.
 
     With the norm s of the deviatoric stress, the engine's limit k and the shear modulus G, flow relaxes the stress by
-    `ds/dt = -G (s - k) / viscosity` (Perzyna). An implicit step h takes s to `k + (s - k) / (1 + G h / viscosity)`
-    (Simo and Hughes, Computational Inelasticity, 1998, section 3.6; for foams: Yue et al., Continuum foam, 2015). It is
-    stable for every step, steady flow has the excess `2 viscosity rate` for every step, and without a viscosity it is
-    the engine's return to the limit. As there, stress over 2 G is Hencky's strain.
+    `ds/dt = -G (s - k) / viscosity` (Perzyna). An implicit step h takes it from s to
+    `k + (s - k) / (1 + G h / viscosity)` (Simo and Hughes, Computational Inelasticity, 1998, chapter 3; for foams: Yue
+    et al., Continuum foam, 2015). It is stable for every step, steady flow has the excess `2 viscosity rate` for every
+    step, and without a viscosity it is the engine's return to the limit. As there, stress over 2 G is Hencky's strain.
 
     Args:
         viscosity: Plastic viscosity [Pa s].

@@ -35,9 +35,10 @@ class SoftMaterial(Model):
     """With `elasto_plastic`: plastic viscosity [Pa s] (Bingham): it keeps its shape below `yield_stress`, and flows
     slowly above it, as foams, creams and pastes do; with 0 it gives way at once. `yield_stress` and `viscosity` are
     about 40 and 2 for custard, 100 and 5 for whipped cream, 100 and 10 for shaving foam, 150 and 5 for mayonnaise, 300
-    and 30 for toothpaste, 2000 and 1000 for lava, 10,000 and 1000 for wet clay. A block of height h stays as it is below
-    a density of `yield_stress / (9.81 h)`; else it sinks within some `3 viscosity / yield_stress` seconds. Give a
-    `youngs_modulus` of ten times `yield_stress`, and of the pressure at its base, or more."""
+    and 30 for toothpaste, 2000 and 1000 for lava, 10,000 and 1000 for wet clay. A block of height h stays as it is
+    below a density of `yield_stress / (9.81 h)`; else it sinks, most of its way within some `3 viscosity /
+    yield_stress` seconds. Give a `youngs_modulus` of ten times `yield_stress`, and of the pressure at its base, or
+    more."""
     tear_stretch: Real | None = Field(default=None, gt=1.0, le=10.0)
     """With solver mpm, not `elasto_plastic`: the largest stretch, length over length at rest in any direction, beyond
     which it tears, for ever: jelly 1.4, bread 1.3, tofu 1.15, cake 1.1. What has torn bears pressure and friction, and
