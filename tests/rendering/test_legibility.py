@@ -1,6 +1,7 @@
 """How well things are seen: shares and hidden parts as geometry has them, and what is said of them."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -190,6 +191,16 @@ def test_an_empty_picture_and_an_end_before_the_end_are_said(make_run: MakeRun) 
     box["box"] |= {"half": 0.8, "velocity": (0, 0, 0)}
     assert "span" not in remarks()
     assert "ends" not in remarks(shots=[shot(0.0, 0.2)]), "nothing happens after that"
+
+
+def test_what_the_edge_of_the_picture_cuts_is_said(make_run: MakeRun) -> None:
+    """A camera 4 m in front of a crate sees 4 * tan(20 deg) = 1.46 m below and above its middle, 3.6 m before it 1.31 m."""
+    camera = {"main": {"kind": "still", "up": (0, 0, 1), "fov": 40.0, "pos": (0, -4, 0), "look_at": (0, 0, 0)}}
+    whole, cut = (STILL | {"half": 0.4, "pos": (x, 0, z)} for x, z in ((-1.0, 0.0), (1.0, 1.15)))
+    found = summarise(Watcher(read_recording(make_run({"whole": whole, "cut": cut}, cameras=camera))))
+    (row,) = [row for row in found["remarks"] if "edge" in row]
+    # Its near face reaches from 0.75 to 1.55 m, of which 0.24 m are above the edge.
+    assert re.fullmatch(r"the picture's edge cuts off up to (2\d|3\d) % of `cut` in 4 of 4 pictures", row), row
 
 
 def test_motion_is_the_way_across_the_picture(make_run: MakeRun) -> None:

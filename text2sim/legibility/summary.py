@@ -7,6 +7,7 @@ from typing import Any
 
 from text2sim.legibility.film import SAMPLED_PICTURES, Row, Watcher, nearest_frame
 from text2sim.legibility.sight import MIN_PIXELS, Sight
+from text2sim.legibility.turning import unseen_turns
 from text2sim.spec_schema.names.selectors import body_of
 from text2sim.templates.cadence import MAIN, Frame, frames, reels
 
@@ -23,6 +24,8 @@ HIDDEN_SHARE = 0.6
 """Part of a body above which it is reported as hidden by others."""
 CUT_SHARE = 0.5
 """Part of a body within the picture below which it is reported as cut off."""
+TRIMMED_SHARE = 0.97
+"""Part of a body within the picture below which the picture's edge cuts it."""
 FAINT_CONTRAST = 0.04
 """Contrast below which a body hardly stands out."""
 QUICK_MOTION = 0.25
@@ -61,6 +64,7 @@ def summarise(watcher: Watcher, moments: Sequence[Moment] = ()) -> dict[str, Any
         *_about_film(watcher, pictures[MAIN], rows[MAIN], last),
         *_about_bodies(watcher, pictures[MAIN], rows[MAIN]),
         *_about_moments(watcher, pictures[MAIN], moments[:MAX_EVENTS]),
+        *_about_turning(watcher, pictures[MAIN]),
     ]
     return {
         "films": {name: _film(watcher, found) for name, found in rows.items()},
@@ -146,6 +150,12 @@ def _about_bodies(watcher: Watcher, pictures: list[Frame], rows: list[Row]) -> l
             found.append(f"`{name}` leaves the picture at {_last_seen(watcher, pictures, rows, name):.2f} s")
         elif median(row["inside"] for row in present) < CUT_SHARE:
             found.append(f"most of `{name}` is beyond the edges of the picture")
+        elif median(row["inside"] for row in present) < TRIMMED_SHARE:
+            trimmed = [row["inside"] for row in present if row["inside"] < TRIMMED_SHARE]
+            found.append(
+                f"the picture's edge cuts off up to {_percent(1 - min(trimmed))} of `{name}` in {len(trimmed)} of "
+                f"{len(rows)} pictures"
+            )
         if median(row["hidden"] or 0.0 for row in present) > HIDDEN_SHARE:
             found.append(f"`{name}` is hidden in most pictures: {_what_hides(watcher, pictures, rows, name)}")
         if (
@@ -178,6 +188,13 @@ def _about_moments(watcher: Watcher, pictures: list[Frame], moments: Sequence[Mo
             elif sight.hidden[k] > HIDDEN_SHARE and sight.alone[k] >= MIN_PIXELS:
                 found.append(f"`{body}` is hidden {_percent(sight.hidden[k])}{_behind_what(sight, names, k)} {when}")
     return found
+
+
+def _about_turning(watcher: Watcher, pictures: list[Frame]) -> list[str]:
+    return [
+        f"`{name}` turns {turns:.1f} times, which a plain round surface does not show: give its `look` a `pattern`"
+        for name, turns in unseen_turns(watcher.recording, pictures).items()
+    ]
 
 
 def _what_hides(watcher: Watcher, pictures: list[Frame], rows: list[Row], name: str) -> str:
