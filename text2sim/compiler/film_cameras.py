@@ -15,6 +15,7 @@ from text2sim.compiler.shapes.regions import RegionError
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.loaded import LoadedCase
+from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.cameras import Camera, Dolly, Follow, Keyframed, Orbit, Still
 from text2sim.spec_schema.models.regions import BodyPoint
 from text2sim.spec_schema.names.selectors import body_of, parse_selector
@@ -47,6 +48,11 @@ class FilmedScene(NamedTuple):
     """Finds links and regions of bodies."""
     aspect: float
     """Width of the picture over its height."""
+
+    @property
+    def driven(self) -> list[str]:
+        """Copies with prescribed motion, in order."""
+        return [copy.name for copies in self.placed.values() for copy in copies if isinstance(copy.model, Driven)]
 
     def around(self, names: Any) -> list[Ball]:
         """Return balls around the copies of bodies and statics, planes left out."""

@@ -160,6 +160,7 @@ def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) ->
             **({"floor": floor} if floor else {}),
             **behind,
             "supports": render.supports == "posts",
+            **({"driven": driven} if (driven := scene.driven) else {}),
         },
     }
 

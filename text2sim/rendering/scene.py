@@ -18,6 +18,7 @@ from text2sim.recording.film_record import FilmRecord, SurfaceLook, WornMesh
 from text2sim.rendering.backdrop import backdrop_mesh, blocks_light, edge_rays, haze_distance, wall_mesh
 from text2sim.rendering.finishes import material, needs_uvs
 from text2sim.rendering.floors import floor_material
+from text2sim.rendering.hangers import hangers
 from text2sim.rendering.lights import dome, emitters, gradient
 from text2sim.rendering.meshes import RenderMesh
 from text2sim.rendering.renderer import mitsuba
@@ -84,12 +85,15 @@ class FilmStage:
         self._backdrop = self._make_backdrop()
         center, radius = np.asarray(self.backdrop["center"], float), float(self.backdrop["radius"])
         self._fixed |= emitters(film["lights"], center, radius)
-        posts = None
+        posts, self._rods = None, None
         if self.backdrop.get("supports") and self.backdrop["level"] is not None:
-            posts = supports(recording, float(self.backdrop["level"]), replaced | set(self.backdrop["planes"]))
+            level = float(self.backdrop["level"])
+            posts = supports(recording, level, replaced | set(self.backdrop["planes"]))
+            self._rods = hangers(
+                recording, self.backdrop.get("driven", []), level, np.array([view.pos for view in self._views])
+            )
         if posts is not None:
-            painted = _painted("supports", posts, np.broadcast_to(linear(np.array(POSTS)), posts.vertices.shape))
-            self._backdrop["supports"] = painted, material("painted", two_sided=True)
+            self._backdrop["supports"] = _painted("supports", posts, _post_colors(posts)), self._post
         self._fixed |= {name: make(bsdf) for name, (make, bsdf) in self._backdrop.items()}
         scale = texture_scale(self._stage)
         self._level_square = [_square(self.backdrop)] if replaced else []
@@ -130,6 +134,7 @@ class FilmStage:
         # Bodies that fall out of the picture do not lower the floor.
         return float(max(min(lowest), lowest[0] - np.ptp(states.bounds(bodies, 0.0)[:, 2]))) if lowest else None
 
+    @cached_property
     def _views(self) -> list[View]:
         """Return the views of the cameras over the films, and those of each camera over the whole time."""
         film, last = self.recording.film, self.recording.last
@@ -148,6 +153,9 @@ class FilmStage:
         pos, quat = self.recording.states.poses(t)
         around = self.recording.states.around(t)
         shapes: dict[str, Any] = {batch.name: batch.shape(pos, quat) for batch in self._rigid if not batch.is_clear}
+        rods = None if self._rods is None else self._rods.placed(pos, quat)
+        if rods is not None:
+            shapes["rods"] = _painted("rods", rods, _post_colors(rods))(self._post)
         flowing: list[Any] = []
         if self._soft is not None:
             if self._soft.has_liquids:
@@ -170,6 +178,8 @@ class FilmStage:
         shapes = {batch.name: batch.shape(pos, quat) for batch in clear}
         shapes |= {batch.name: batch.shape(pos, quat, black) for batch in self._rigid if not batch.is_clear}
         shapes |= {liquid.name: make(black) for liquid, make in flowing}
+        if rods is not None:
+            shapes["rods"] = _painted("rods", rods, _post_colors(rods))(black)
         if self._soft is not None:
             clear_skins = self._soft.shapes(around, clear=True) if skins else {}
             colored |= clear_skins
@@ -179,6 +189,11 @@ class FilmStage:
         shapes["dome"] = self._room
         gleaming = mi.load_dict(self._fixed | shapes, optimize=False)
         return FilmMoment(solid, gleaming, filters, liquids, self._room)
+
+    @cached_property
+    def _post(self) -> Any:
+        """Material of posts and rods."""
+        return material("painted", two_sided=True)
 
     @cached_property
     def _room(self) -> Any:
@@ -191,7 +206,7 @@ class FilmStage:
 
     def _make_backdrop(self) -> dict[str, tuple[Callable[[Any], Any], Any]]:
         """Return for the floor and the wall a factory that takes a material, and the default material."""
-        views, backdrop, (wide, tall) = self._views(), self.backdrop, self.recording.film["resolution"]
+        views, backdrop, (wide, tall) = self._views, self.backdrop, self.recording.film["resolution"]
         eyes, rays, reach = [view.pos for view in views], [edge_rays(view, wide / tall) for view in views], 0.0
         wall = None
         if backdrop["kind"] == "wall" and backdrop["level"] is not None:
@@ -249,6 +264,10 @@ def _square(backdrop: dict[str, Any]) -> Wall:
 def _painted(name: str, mesh: RenderMesh, colors: Any, uvs: Any = None) -> Callable[[Any], Any]:
     uvs = mesh.vertices[:, :2] if uvs is None else uvs
     return lambda bsdf: mesh_shape(name, bsdf, mesh.vertices, mesh.faces, mesh.normals, colors=colors, uvs=uvs)
+
+
+def _post_colors(mesh: RenderMesh) -> Any:
+    return np.broadcast_to(linear(np.array(POSTS)), mesh.vertices.shape)
 
 
 def _patterned(look: SurfaceLook) -> bool:

@@ -1,11 +1,13 @@
-"""Supports of statics that hang in the air: thin posts, which are only drawn.
+"""Supports of statics, and of bases of mechanisms, that hang in the air: thin posts, which are only drawn.
 
-Touching statics form a group. A group needs posts if its centre is not above its footprint on the floor. Posts stand
+Touching ones form a group. A group needs posts if its centre is not above its footprint on the floor. Posts stand
 under the corners of its largest part, where nothing passes during the recording; if half of them would be in the way,
 rods hold it from above.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
+from itertools import compress
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,7 @@ from text2sim.assets.surface import triangle_areas
 from text2sim.compiler.shapes.rotation import quats_to_matrices
 from text2sim.recording.film_record import FilmRecord
 from text2sim.rendering.meshes import RenderMesh, joined, read_mesh, revolved
+from text2sim.templates.playback import Boxes
 
 Array = NDArray[np.floating]
 
@@ -49,7 +52,7 @@ CLEAR = 0.4
 
 @dataclass(frozen=True)
 class StaticBody:
-    """A body that never moves."""
+    """A body where it stands."""
 
     corners: Array
     """Corners of its triangles, in the world [m], shape (n, 3, 3)."""
@@ -78,20 +81,33 @@ def supports(recording: FilmRecord, level: float, planes: set[str]) -> RenderMes
         level: Height of the floor [m].
         planes: Names of the statics that are ground planes.
     """
+    still = solids(recording, set(recording.bodies) - planes, fixed=True)
+    moving = [body for body in recording.bodies if body not in recording.statics]
+    return posts(list(still.values()), level, _boxes(recording, moving) if moving else [])
+
+
+def solids(recording: FilmRecord, bodies: Collection[str], *, fixed: bool = False) -> dict[str, StaticBody]:
+    """Return what is visible and opaque of the given bodies at the start, by name of the copy.
+
+    Args:
+        recording: The recording of the run.
+        bodies: Names of the copies.
+        fixed: Whether to return only links that never move: statics, and bases of mechanisms.
+    """
+    links = recording.states.layout["links"]
     pos, quat = recording.states.poses(float(recording.states.time[0]))
     turns = quats_to_matrices(quat)
     found: dict[str, list[Array]] = {}
     for part in recording.parts:
-        seen = part.look.visible and part.look.opacity >= CLEAR
-        if part.body not in recording.statics or part.body in planes or not seen:
+        if part.body not in bodies or not part.look.visible or part.look.opacity < CLEAR:
+            continue
+        if fixed and part.body not in recording.statics and not links[part.link]["fixed"]:
             continue
         mesh = read_mesh(part.mesh)
         local = mesh.vertices @ quats_to_matrices(np.array([part.quat]))[0].T + part.pos
         placed = local @ turns[part.link].T + pos[part.link]
         found.setdefault(part.body, []).append(placed[mesh.faces])
-    things = [StaticBody(np.concatenate(corners)) for corners in found.values()]
-    moving = [body for body in recording.bodies if body not in recording.statics]
-    return posts(things, level, _boxes(recording, moving) if moving else [])
+    return {body: StaticBody(np.concatenate(corners)) for body, corners in found.items()}
 
 
 def posts(things: list[StaticBody], level: float, moving: list[tuple[Array, Array, Array]]) -> RenderMesh | None:
@@ -117,6 +133,9 @@ def posts(things: list[StaticBody], level: float, moving: list[tuple[Array, Arra
 def _boxes(recording: FilmRecord, moving: list[str]) -> list[tuple[Array, Array, Array]]:
     states = recording.states
     boxes = states.boxes(moving)
+    links = states.layout["links"]
+    moves = np.array([link < 0 or not links[link]["fixed"] for link in boxes.link], bool)
+    boxes = Boxes(list(compress(boxes.names, moves)), *(column[moves] for column in boxes[1:]))
     times = states.time[np.unique(np.linspace(0, len(states.time) - 1, MOMENTS).round().astype(int))]
     return [states.placed(boxes, float(t)) for t in times] if boxes.names else []
 
@@ -157,16 +176,16 @@ def _posts_below(
     spots, width = _spots(thing, float(thing.low[2]) - level)
     posts = []
     for x, y in spots:
-        heights = _crossed(thing, x, y)
+        heights = crossing_heights(thing, x, y)
         if not len(heights):
             continue
         top = float(heights.min())
-        below = [z for other in things if other is not thing for z in _crossed(other, x, y) if z < top]
+        below = [z for other in things if other is not thing for z in crossing_heights(other, x, y) if z < top]
         foot = max([level, *below])
         long = top - foot
         radius = float(np.clip(THICK * long, LEAST * width, MOST * width))
-        if long > LOW * thing.size and _is_free(np.array([x, y, foot]), np.array([x, y, top]), radius, moving):
-            posts.append(_post(x, y, foot, top, radius, flared=len(spots) == 1))
+        if long > LOW * thing.size and is_free(np.array([x, y, foot]), np.array([x, y, top]), radius, moving):
+            posts.append(post(x, y, foot, top, radius, flared=len(spots) == 1))
     return posts, len(spots)
 
 
@@ -175,15 +194,15 @@ def _rods_above(thing: StaticBody, things: list[StaticBody], moving: list[Any]) 
     spots, width = _spots(thing, 0.0)
     rods = []
     for x, y in spots:
-        heights = _crossed(thing, x, y)
+        heights = crossing_heights(thing, x, y)
         if not len(heights):
             continue
         top = float(heights.max())
         end = top + CEILING * thing.size
         radius = float(np.clip(ROD * thing.size, LEAST * width, MOST * width))
-        above = any((_crossed(other, x, y) > top).any() for other in things if other is not thing)
-        if not above and _is_free(np.array([x, y, top]), np.array([x, y, end]), radius, moving):
-            rods.append(_post(x, y, top, end, radius, flared=False))
+        above = any((crossing_heights(other, x, y) > top).any() for other in things if other is not thing)
+        if not above and is_free(np.array([x, y, top]), np.array([x, y, end]), radius, moving):
+            rods.append(post(x, y, top, end, radius, flared=False))
     return rods
 
 
@@ -211,7 +230,7 @@ def _spots(thing: StaticBody, height: float) -> tuple[Array, float]:
     return (middle + local) @ axes, float(width)
 
 
-def _crossed(thing: StaticBody, x: float, y: float) -> Array:
+def crossing_heights(thing: StaticBody, x: float, y: float) -> Array:
     """Return the heights [m] at which a vertical line crosses a body."""
     if not ((thing.low[:2] <= (x, y)) & (thing.high[:2] >= (x, y))).all():
         return np.zeros(0)
@@ -226,7 +245,7 @@ def _crossed(thing: StaticBody, x: float, y: float) -> Array:
     return (a[:, 2] + s * (b[:, 2] - a[:, 2]) + t * (c[:, 2] - a[:, 2]))[met]
 
 
-def _is_free(start: Array, end: Array, radius: float, moving: list[Any]) -> bool:
+def is_free(start: Array, end: Array, radius: float, moving: list[Any]) -> bool:
     """Return whether no moving body ever comes near a line."""
     for centers, axes, half in moving:
         origin = np.einsum("ni,nij->nj", start - centers, axes)
@@ -240,7 +259,7 @@ def _is_free(start: Array, end: Array, radius: float, moving: list[Any]) -> bool
     return True
 
 
-def _post(x: float, y: float, foot: float, top: float, radius: float, *, flared: bool) -> RenderMesh:
+def post(x: float, y: float, foot: float, top: float, radius: float, *, flared: bool) -> RenderMesh:
     """Return a post, with a foot if `flared`."""
     profile, slopes = [(radius, foot), (radius, top)], [(1.0, 0.0), (1.0, 0.0)]
     mesh = revolved(np.array(profile), np.array(slopes), sides=SIDES)
