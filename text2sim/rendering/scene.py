@@ -86,7 +86,8 @@ class FilmStage:
         self._fixed |= emitters(film["lights"], center, radius)
         posts = None
         if self.backdrop.get("supports") and self.backdrop["level"] is not None:
-            posts = supports(recording, float(self.backdrop["level"]), replaced | set(self.backdrop["planes"]))
+            ground = replaced | set(self.backdrop["planes"])
+            posts = supports(recording, float(self.backdrop["level"]), ground, self._views)
         if posts is not None:
             painted = _painted("supports", posts, np.broadcast_to(linear(np.array(POSTS)), posts.vertices.shape))
             self._backdrop["supports"] = painted, material("painted", two_sided=True)
@@ -130,6 +131,7 @@ class FilmStage:
         # Bodies that fall out of the picture do not lower the floor.
         return float(max(min(lowest), lowest[0] - np.ptp(states.bounds(bodies, 0.0)[:, 2]))) if lowest else None
 
+    @cached_property
     def _views(self) -> list[View]:
         """Return the views of the cameras over the films, and those of each camera over the whole time."""
         film, last = self.recording.film, self.recording.last
@@ -191,7 +193,7 @@ class FilmStage:
 
     def _make_backdrop(self) -> dict[str, tuple[Callable[[Any], Any], Any]]:
         """Return for the floor and the wall a factory that takes a material, and the default material."""
-        views, backdrop, (wide, tall) = self._views(), self.backdrop, self.recording.film["resolution"]
+        views, backdrop, (wide, tall) = self._views, self.backdrop, self.recording.film["resolution"]
         eyes, rays, reach = [view.pos for view in views], [edge_rays(view, wide / tall) for view in views], 0.0
         wall = None
         if backdrop["kind"] == "wall" and backdrop["level"] is not None:
