@@ -8,15 +8,16 @@ from filmed import MakeRun
 
 from text2sim.recording.film_record import read_recording
 from text2sim.rendering.hangers import Rods, hangers
+from text2sim.templates.cameras import View
 
-EYE = (0.0, -4.0, 2.0)
+EYE = View(np.array([0.0, -4.0, 2.0]), np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, 1.0]), 40.0, 4.0, 0.0)
 STILL = {"velocity": (0, 0, 0)}
 RAM = {"half": 0.2, "pos": (0, 0, 1.0), "velocity": (0, 0, -1.0)}
 
 
 def rods_of(make_run: MakeRun, *driven: str, **boxes: Any) -> tuple[Rods | None, Any]:
     recording = read_recording(make_run(boxes))
-    return hangers(recording, list(driven), 0.0, np.array([EYE])), recording.states
+    return hangers(recording, list(driven), 0.0, [EYE]), recording.states
 
 
 def test_a_press_hangs_from_a_rod_that_moves_with_it(make_run: MakeRun) -> None:
@@ -64,7 +65,7 @@ def test_a_spinning_body_has_its_rod_along_the_axis(make_run: MakeRun, axis: Any
     states["links_quat"] = quats[:, None].astype(np.float32)
     np.savez(chunk, **states)
     recording = read_recording(run)
-    found = hangers(recording, ["drill"], 0.0, np.array([EYE]))
+    found = hangers(recording, ["drill"], 0.0, [EYE])
     assert found is not None
     start, later = (found.placed(*recording.states.poses(t)).vertices for t in (0.0, 0.3))
     assert set(np.flatnonzero(np.ptp(start, axis=0) > 0.5)) == ends

@@ -11,7 +11,7 @@ from text2sim.rendering import tone
 from text2sim.rendering.backdrop import backdrop_mesh, blocks_light, edge_rays, wall_mesh
 from text2sim.rendering.film import Filming
 from text2sim.rendering.floors import SURFACES, texture
-from text2sim.rendering.supports import StaticBody, posts
+from text2sim.rendering.supports import StaticBody, posts, sights
 from text2sim.spec_schema.load import load_text
 from text2sim.templates.cameras import View
 
@@ -164,6 +164,35 @@ def test_what_hangs_in_the_air_gets_posts_where_nothing_moves():
     assert fewer is not None
     assert len(fewer.vertices) < len(made.vertices)
     assert not ((fewer.vertices[:, :2] > 0).all(axis=1)).any(), "the ball passes there"
+
+
+def test_a_table_on_which_things_roll_stands_on_its_four_posts():
+    table = box((0.5, 1.0, 0.02), (0, 0, 0.8))
+    rolling = [
+        (np.array([(x, 0.76, 0.835)]), np.eye(3)[None], np.full((1, 3), 0.015)) for x in np.linspace(-0.4, 0.4, 9)
+    ]
+    made, alone = posts([table], 0.0, rolling), posts([table], 0.0, [])
+    assert made is not None
+    assert alone is not None
+    assert np.array_equal(made.vertices, alone.vertices), "what lies on the table is not in the way of its legs"
+    assert made.vertices[:, 2].max() < 0.85
+    below = (np.array([(0.26, 0.76, 0.77)]), np.eye(3)[None], np.full((1, 3), 0.005))
+    fewer = posts([table], 0.0, [below])
+    assert fewer is not None
+    assert len(fewer.vertices) < len(made.vertices), "what passes just under the table is"
+
+
+def test_no_post_stands_between_a_camera_and_the_middle_of_its_picture():
+    shelf = box((1.0, 0.3, 0.03), (0, 0, 0.8))
+    up = np.array([0, 0, 1.0])
+    near = View(np.array([0.76, -1.0, 0.4]), np.array([0.76, 2.0, 0.4]), up, 40, 1, 0)
+    far = View(np.array([0.76, -6.0, 0.4]), np.array([0.76, 0.0, 0.4]), up, 40, 6, 0)
+    four, two = posts([shelf], 0.0, sights([far])), posts([shelf], 0.0, sights([near]))
+    assert four is not None
+    assert {float(np.sign(x)) for x in four.vertices[:, 0]} == {-1.0, 1.0}
+    assert two is not None
+    right = two.vertices[two.vertices[:, 0] > 0]
+    assert (right[:, 2] > 0.8).all(), "the camera would look at its right legs"
 
 
 def test_a_rail_that_could_have_one_leg_hangs_from_two_rods():

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from text2sim.compiler.shapes.rotation import quats_to_matrices
 from text2sim.recording.film_record import FilmRecord
 from text2sim.rendering.meshes import RenderMesh, joined
-from text2sim.rendering.supports import CEILING, MOMENTS, StaticBody, crossing_heights, is_free, post, solids
+from text2sim.rendering.supports import CEILING, MOMENTS, StaticBody, crossing_heights, is_free, post, sights, solids
+from text2sim.templates.cameras import View
 
 Array = NDArray[np.floating]
 
@@ -23,8 +24,6 @@ NEXT = 0.02
 """Largest gap to what could hold a body, relative to the size of the smaller of the two."""
 STEADY = np.cos(np.radians(3.0))
 """Cosine of the largest angle by which a rod turns."""
-TOWARDS = 0.5
-"""Cosine of the angle to a camera within which a rod would come towards it."""
 THICK, THIN = 0.08, 0.008
 """Largest radius of a rod, relative to the size of its body, and smallest."""
 BROAD = 0.15
@@ -52,14 +51,14 @@ class Rods:
         return RenderMesh(vertices, self.mesh.faces, np.einsum("nij,nj->ni", turns, self.mesh.normals))
 
 
-def hangers(recording: FilmRecord, driven: list[str], level: float, eyes: Array) -> Rods | None:
+def hangers(recording: FilmRecord, driven: list[str], level: float, views: list[View]) -> Rods | None:
     """Return the rods of all driven bodies that need one; None if none does.
 
     Args:
         recording: The recording of the run.
         driven: Names of the copies with a prescribed motion.
         level: Height of the floor [m].
-        eyes: Positions of cameras [m], shape (n, 3).
+        views: Views of the cameras over the films, which stay free.
     """
     bodies = solids(recording, driven)
     if not bodies:
@@ -70,6 +69,7 @@ def hangers(recording: FilmRecord, driven: list[str], level: float, eyes: Array)
     links = {part.body: part.link for part in recording.parts}
     pos, quat = (np.array(rows) for rows in zip(*(states.poses(t) for t in times), strict=True))
     still = list(solids(recording, recording.bodies, fixed=True).values())
+    in_sight = sights(views)
     rods: list[tuple[int, RenderMesh]] = []
     held: list[tuple[StaticBody, Array]] = []
     for body, thing in sorted(bodies.items(), key=lambda row: (-row[1].size, row[0])):
@@ -83,11 +83,8 @@ def hangers(recording: FilmRecord, driven: list[str], level: float, eyes: Array)
         others = [name for name in recording.bodies if name not in recording.statics and name != body]
         boxes = states.boxes(others)
         moving = [states.placed(boxes, t) for t in times] if boxes.names else []
-        sight = np.mean([(eye - (thing.low + thing.high) / 2) for eye in eyes], axis=0) if len(eyes) else np.zeros(3)
         for along in _steady_directions(turns):
-            if along @ sight > TOWARDS * np.linalg.norm(sight):
-                continue
-            if (rod := _rod(along, thing, ways, still, moving)) is not None:
+            if (rod := _rod(along, thing, ways, still, moving, in_sight)) is not None:
                 held.append((thing, ways))
                 local = RenderMesh((rod.vertices - at[0]) @ turns[0], rod.faces, rod.normals @ turns[0])
                 rods.append((links[body], local))
@@ -130,7 +127,9 @@ def _steady_directions(turns: Array) -> list[Array]:
     return [way for way in candidates if (relative @ way @ way).min() > STEADY]
 
 
-def _rod(along: Array, thing: StaticBody, ways: Array, still: list[StaticBody], moving: list[Any]) -> RenderMesh | None:
+def _rod(
+    along: Array, thing: StaticBody, ways: Array, still: list[StaticBody], moving: list[Any], in_sight: list[Any]
+) -> RenderMesh | None:
     """Return the rod of a body at the start; None if something is ever in its way.
 
     Args:
@@ -139,6 +138,7 @@ def _rod(along: Array, thing: StaticBody, ways: Array, still: list[StaticBody], 
         ways: Displacements of the body at each moment [m], shape (F, 3).
         still: Bodies that never move.
         moving: Boxes around all other bodies that move, at each moment; see `supports.posts`.
+        in_sight: Boxes in the views.
     """
     up = np.linalg.svd(along[None])[2]  # rows: an orthonormal basis whose first one is the rod, or its opposite
     frame = np.stack([up[1], np.cross(along, up[1]), along])
@@ -156,7 +156,7 @@ def _rod(along: Array, thing: StaticBody, ways: Array, still: list[StaticBody], 
         above = (crossing_heights(other, x + way[0], y + way[1]) for other in still)
         if any((z > start[2] + way[2]).any() for z in above):
             return None
-        boxes = [(centers @ frame.T, frame @ axes, half) for centers, axes, half in moving[k : k + 1]]
+        boxes = [(centers @ frame.T, frame @ axes, half) for centers, axes, half in (*moving[k : k + 1], *in_sight)]
         if not is_free(start + way, end + way, radius, boxes):
             return None
     rod = post(float(x), float(y), start[2], float(end[2]), radius, flared=False)

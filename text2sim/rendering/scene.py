@@ -87,11 +87,9 @@ class FilmStage:
         self._fixed |= emitters(film["lights"], center, radius)
         posts, self._rods = None, None
         if self.backdrop.get("supports") and self.backdrop["level"] is not None:
-            level = float(self.backdrop["level"])
-            posts = supports(recording, level, replaced | set(self.backdrop["planes"]))
-            self._rods = hangers(
-                recording, self.backdrop.get("driven", []), level, np.array([view.pos for view in self._views])
-            )
+            level, ground = float(self.backdrop["level"]), replaced | set(self.backdrop["planes"])
+            posts = supports(recording, level, ground, self._views)
+            self._rods = hangers(recording, self.backdrop.get("driven", []), level, self._views)
         if posts is not None:
             self._backdrop["supports"] = _painted("supports", posts, _post_colors(posts)), self._post
         self._fixed |= {name: make(bsdf) for name, (make, bsdf) in self._backdrop.items()}

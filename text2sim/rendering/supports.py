@@ -1,8 +1,8 @@
 """Supports of statics, and of bases of mechanisms, that hang in the air: thin posts, which are only drawn.
 
 Touching ones form a group. A group needs posts if its centre is not above its footprint on the floor. Posts stand
-under the corners of its largest part, where nothing passes during the recording; if half of them would be in the way,
-rods hold it from above.
+under the corners of its largest part, where nothing passes during the recording, and out of the near half of all views;
+if half of them would be in the way, rods hold it from above.
 """
 
 from collections.abc import Collection
@@ -17,6 +17,7 @@ from text2sim.assets.surface import triangle_areas
 from text2sim.compiler.shapes.rotation import quats_to_matrices
 from text2sim.recording.film_record import FilmRecord
 from text2sim.rendering.meshes import RenderMesh, joined, read_mesh, revolved
+from text2sim.templates.cameras import View
 from text2sim.templates.playback import Boxes
 
 Array = NDArray[np.floating]
@@ -43,6 +44,8 @@ ROD = 0.004
 """Radius of a rod from above, relative to the size of what hangs from it."""
 FREE = 2.5
 """Smallest distance of moving bodies from the axis of a post, in its radii."""
+SIGHT = 0.1
+"""Half the width of a view that is kept free, relative to the distance of what the camera looks at."""
 CEILING = 6.0
 """Length of rods, relative to the size of what hangs from them."""
 SIDES = 24
@@ -73,17 +76,18 @@ class StaticBody:
         return float(np.max(self.high - self.low))
 
 
-def supports(recording: FilmRecord, level: float, planes: set[str]) -> RenderMesh | None:
+def supports(recording: FilmRecord, level: float, planes: set[str], views: list[View]) -> RenderMesh | None:
     """Return the posts of all statics that need some; None if none does.
 
     Args:
         recording: The recording of the run.
         level: Height of the floor [m].
         planes: Names of the statics that are ground planes.
+        views: Views of the cameras over the films.
     """
     still = solids(recording, set(recording.bodies) - planes, fixed=True)
     moving = [body for body in recording.bodies if body not in recording.statics]
-    return posts(list(still.values()), level, _boxes(recording, moving) if moving else [])
+    return posts(list(still.values()), level, [*(_boxes(recording, moving) if moving else []), *sights(views)])
 
 
 def solids(recording: FilmRecord, bodies: Collection[str], *, fixed: bool = False) -> dict[str, StaticBody]:
@@ -116,8 +120,8 @@ def posts(things: list[StaticBody], level: float, moving: list[tuple[Array, Arra
     Args:
         things: All bodies that never move, except the floor.
         level: Height of the floor [m].
-        moving: Boxes around all moving bodies at each sampled moment: centres (n, 3) [m], axes (n, 3, 3) and half
-            sizes (n, 3) [m].
+        moving: Boxes to keep free, around all moving bodies at each sampled moment and in the views: centres (n, 3)
+            [m], axes (n, 3, 3) and half sizes (n, 3) [m].
     """
     supports = []
     for group in _groups(things):
@@ -128,6 +132,19 @@ def posts(things: list[StaticBody], level: float, moving: list[tuple[Array, Arra
         # A single post of two would look like a stray line.
         supports += below if 2 * len(below) > wanted else _rods_above(largest, things, moving) or below
     return joined(supports) if supports else None
+
+
+def sights(views: list[View]) -> list[tuple[Array, Array, Array]]:
+    """Return boxes along the near halves of views, as in `posts`: a post there would hide the scene, or the camera."""
+    boxes = []
+    for view in views:
+        ahead = np.asarray(view.look_at, float) - view.pos
+        distance = float(np.linalg.norm(ahead))
+        if distance > 0:
+            axes = np.linalg.svd(ahead[None])[2].T
+            half = distance * np.array([[0.25, SIGHT, SIGHT]])
+            boxes.append(((view.pos + 0.25 * ahead)[None], axes[None], half))
+    return boxes
 
 
 def _boxes(recording: FilmRecord, moving: list[str]) -> list[tuple[Array, Array, Array]]:
@@ -246,7 +263,9 @@ def crossing_heights(thing: StaticBody, x: float, y: float) -> Array:
 
 
 def is_free(start: Array, end: Array, radius: float, moving: list[Any]) -> bool:
-    """Return whether no moving body ever comes near a line."""
+    """Return whether no moving body ever comes near a line; what is only beyond its ends does not."""
+    shift = min(FREE * radius / float(np.linalg.norm(end - start)), 0.5) * (end - start)
+    start, end = start + shift, end - shift
     for centers, axes, half in moving:
         origin = np.einsum("ni,nij->nj", start - centers, axes)
         along = np.einsum("i,nij->nj", end - start, axes)
