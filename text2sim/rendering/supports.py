@@ -248,7 +248,13 @@ def _spots(thing: StaticBody, height: float) -> tuple[Array, float]:
 
 
 def crossing_heights(thing: StaticBody, x: float, y: float) -> Array:
-    """Return the heights [m] at which a vertical line crosses a body."""
+    """Return the heights [m] at which a vertical line crosses a body.
+
+    Args:
+        thing: The body.
+        x: Where the line is [m].
+        y: Where the line is [m].
+    """
     if not ((thing.low[:2] <= (x, y)) & (thing.high[:2] >= (x, y))).all():
         return np.zeros(0)
     a, b, c = np.moveaxis(thing.corners, 1, 0)
@@ -263,7 +269,14 @@ def crossing_heights(thing: StaticBody, x: float, y: float) -> Array:
 
 
 def is_free(start: Array, end: Array, radius: float, moving: list[Any]) -> bool:
-    """Return whether no moving body ever comes near a line; what is only beyond its ends does not."""
+    """Return whether no moving body ever comes near a line; what is only beyond its ends does not.
+
+    Args:
+        start: One end of the line [m], shape (3,).
+        end: The other end [m], shape (3,).
+        radius: Radius of what is to stand there [m].
+        moving: Boxes, as in `posts`.
+    """
     shift = min(FREE * radius / float(np.linalg.norm(end - start)), 0.5) * (end - start)
     start, end = start + shift, end - shift
     for centers, axes, half in moving:
@@ -279,7 +292,16 @@ def is_free(start: Array, end: Array, radius: float, moving: list[Any]) -> bool:
 
 
 def post(x: float, y: float, foot: float, top: float, radius: float, *, flared: bool) -> RenderMesh:
-    """Return a post, with a foot if `flared`."""
+    """Return a vertical post.
+
+    Args:
+        x: Where its axis is [m].
+        y: Where its axis is [m].
+        foot: Height of its lower end [m].
+        top: Height of its upper end [m].
+        radius: Its radius [m].
+        flared: Whether it has a foot.
+    """
     profile, slopes = [(radius, foot), (radius, top)], [(1.0, 0.0), (1.0, 0.0)]
     mesh = revolved(np.array(profile), np.array(slopes), sides=SIDES)
     if flared:
