@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from text2sim.compiler.build import compile_case, resolve_case
+from text2sim.compiler.build import compile_case, plan_case, resolve_case
 from text2sim.compiler.placing.placement import place_all
 from text2sim.compiler.trees.generators import link_of
 from text2sim.spec_schema.errors import SpecError
-from text2sim.spec_schema.load import load_case
+from text2sim.spec_schema.load import load_case, load_text
 
 CASE = """
 text2sim: 2
@@ -135,3 +135,32 @@ def test_wrong_words_are_refused(tmp_path: Path, along: str, says: str):
 def test_a_rope_without_length_is_refused(tmp_path: Path) -> None:
     _, (problem,) = place_all(case_of(tmp_path, "[[0, 0, 1], [0, 0, 1]]"))
     assert "leads nowhere" in problem.message
+
+
+@pytest.mark.parametrize(
+    ("control", "rule", "words"),
+    [
+        ("{kind: attach, body: pail, to: cord}", "no-link", "from `cord.link_0` at its first end to `cord.link_17`"),
+        ("{kind: attach, body: cord, to: world}", "no-link", "from `cord.link_0` at its first end to `cord.link_17`"),
+        ("{kind: attach, body: pail, to: cord.end}", "unknown-link", "there are link_0, link_1, … link_17"),
+        ("{kind: attach, body: pail, to: cord.link_17}", "", ""),
+    ],
+)
+def test_a_rope_is_tied_by_one_of_its_links(control: str, rule: str, words: str) -> None:
+    case = load_text(f"""
+text2sim: 2
+name: tied
+scene: {{duration: 1}}
+bodies:
+  cord: {{kind: rope, length: 1, radius: 0.01, segments: 18, pose: {{pos: [0, 0, 2]}}}}
+  pail: {{kind: rigid, shape: {{kind: box, size: [0.1, 0.1, 0.1]}}, pose: {{pos: [0, 0, 0.9]}}}}
+actions: {{controls: {{tie: {control}}}}}
+""")
+    if not rule:
+        plan_case(case)
+        return
+    with pytest.raises(SpecError) as caught:
+        plan_case(case)
+    (problem,) = caught.value.problems
+    assert problem.rule == rule
+    assert words in problem.message

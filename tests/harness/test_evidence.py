@@ -186,7 +186,7 @@ def test_a_diverged_run_fails_and_names_the_body(drop, case):
     )
     found = judge(folder, case)
     assert found["verdict"] == "failed"
-    assert "diverged" in found["why"]
+    assert found["why"].startswith("the run did not finish (diverged at t = 0.4 s); ")
     assert found["non_finite"] == {"time": pytest.approx(0.3), "frame": 30, "bodies": ["ball"]}
     assert found["where"] == {"body": "ball", "quantity": "speed"}
     assert found["expect"]["lands"]["ok"] is False

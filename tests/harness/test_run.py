@@ -85,6 +85,7 @@ class Stage:
             render_digest=repr(loaded.case.render),
             seed=7,
             notes=("substeps = 1: it is enough",),
+            settings=SimpleNamespace(substeps=9),
             warnings=(),
         )
 
@@ -362,3 +363,13 @@ def test_a_diverged_run_is_not_simulated_again(stage: Stage):
     assert result.problem is not None
     assert (result.problem.path, result.problem.rule) == ("/bodies/ball", "diverged")
     assert stage.run().work is Work.NOTHING
+
+
+def test_a_rope_that_flew_apart_is_advised_to_take_shorter_steps(stage: Stage):
+    stage.edit("bodies:\n", "bodies:\n  line: {kind: rope, length: 1, radius: 0.01, pose: {pos: [3, 0, 3]}}\n")
+    said = "{'state': 'diverged', 'message': 'diverged: speed of line is 1e9', 'where': {'body': 'line'}}"
+    stage.body = SIMULATE + f"\n(OUT / 'status.json').write_text(json.dumps({said})); sys.exit(3)\n"
+    problem = stage.run().problem
+    assert problem is not None
+    assert problem.path == "/bodies/line"
+    assert "scene.substeps of 36" in problem.message

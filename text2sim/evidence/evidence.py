@@ -155,7 +155,8 @@ def _outcome(run_dir: Path) -> tuple[str, str, Any]:
 def _verdict(findings: list[Finding], state: str, message: str) -> tuple[str, str]:
     """Return (passed, failed or incomplete; the reason)."""
     missed = [finding.name for finding in findings if finding.ok is False]
-    ended = f"the run did not finish ({state}{': ' + message if message else ''})"
+    reason = message if message.startswith(state) else f"{state}: {message}".removesuffix(": ")
+    ended = f"the run did not finish ({reason})"
     if missed:
         first = f"{len(missed)} of {len(findings)} expectations missed: {', '.join(missed)}"
         return "failed", first if state == "finished" else f"{ended}; {first}"

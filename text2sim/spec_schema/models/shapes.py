@@ -136,7 +136,7 @@ class Tube(Model):
 
 
 class Cup(Model):
-    """A tube with a floor, open at the top, made of convex pieces."""
+    """A tube with a floor, open at the top, made of convex pieces; its frame is at half its height."""
 
     kind: Literal["cup"]
     radius: Length

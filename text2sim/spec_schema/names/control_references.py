@@ -5,7 +5,7 @@ from typing import Any
 
 from text2sim.spec_schema.errors import SpecError, nearest
 from text2sim.spec_schema.models.base import span_of
-from text2sim.spec_schema.models.bodies import Articulated, HingeMount, Rigid, SliderMount
+from text2sim.spec_schema.models.bodies import Articulated, Chain, HingeMount, Rigid, SliderMount
 from text2sim.spec_schema.models.controls import (
     Attach,
     Control,
@@ -21,6 +21,7 @@ from text2sim.spec_schema.models.fields import Airflow
 from text2sim.spec_schema.models.motion import start_of
 from text2sim.spec_schema.models.placed import Linked, Placed
 from text2sim.spec_schema.models.shapes import Stream
+from text2sim.spec_schema.models.soft_bodies import Rope
 from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.selectors import WORLD, parse_selector
 from text2sim.spec_schema.names.soft_control_references import (
@@ -163,7 +164,8 @@ def _check_motor(table: NameTable, where: Path, control: Drive, member: Member) 
         return
     if joint.actuator is None:
         place = f"in `joints` of `{member.name}`" if getattr(member.model, "file", None) else "at its joint"
-        message = f"`{member.text}` has no actuator; give it one {place}: `actuator: {{stiffness: …, damping: …}}`"
+        gains = "max_force: …" if control.force is not None else "stiffness: …, damping: …"
+        message = f"`{member.text}` has no actuator; give it one {place}: `actuator: {{{gains}}}`"
         if isinstance(member.model, Linked):
             message = f"`{member.text}` has no actuator: the joints of `{member.name}` are passive"
         table.report((*where, "joint"), message, "no-actuator")
@@ -197,6 +199,13 @@ def _check_attach(table: NameTable, where: Path, name: str, control: Attach) -> 
             break
     if body is None:
         return
+    for field, member in (("body", body), ("to", target)):
+        if member is not None and member.part is None and isinstance(member.model, Rope | Chain):
+            links = table.parts[member.name].links if member.name in table.parts else ()
+            last = f" to `{member.text}.{links[-1]}`" if links else ""
+            message = f"name a link of `{member.text}`, from `{member.text}.link_0` at its first end{last}"
+            table.report((*where, field), message, "no-link")
+            return
     if not body.dynamic:
         message = f"{body.why_not_dynamic}; `body` is the moving one, `to` its holder"
         table.report((*where, "body"), message, "not-dynamic")

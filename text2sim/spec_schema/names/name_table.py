@@ -289,7 +289,8 @@ class NameTable:
             return True
         what, other = ("joint", "link") if joint else ("link", "joint")
         elsewhere = part in (known.links if joint else known.joints)
-        message = f"`{name}` has no {what} `{part}`{f', which is a {other}' * elsewhere}" + there_are(names)
+        these = there_are(names) or f"; there are {', '.join(names[:2])}, … {names[-1]}" * bool(names)
+        message = f"`{name}` has no {what} `{part}`{f', which is a {other}' * elsewhere}{these}"
         self.report(where, message, f"unknown-{what}", _nearest(part, names))
         return False
 
