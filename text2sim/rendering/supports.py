@@ -1,8 +1,8 @@
-"""Supports of statics that hang in the air: thin posts, which are only drawn.
+"""Supports of what never moves and hangs in the air: thin posts, which are only drawn.
 
-Touching statics form a group. A group needs posts if its centre is not above its footprint on the floor. Posts stand
-under the corners of its largest part, where nothing passes during the recording; if half of them would be in the way,
-rods hold it from above.
+Statics, bodies and the fixed bases of mechanisms that touch form a group. A group needs posts if its centre is not
+above its footprint on the floor. Posts stand under the corners of its largest part, where nothing passes during the
+recording; if half of them would be in the way, rods hold it from above.
 """
 
 from dataclasses import dataclass
@@ -15,6 +15,7 @@ from text2sim.assets.surface import triangle_areas
 from text2sim.compiler.shapes.rotation import quats_to_matrices
 from text2sim.recording.film_record import FilmRecord
 from text2sim.rendering.meshes import RenderMesh, joined, read_mesh, revolved
+from text2sim.templates.playback import Boxes
 
 Array = NDArray[np.floating]
 
@@ -49,7 +50,7 @@ CLEAR = 0.4
 
 @dataclass(frozen=True)
 class StaticBody:
-    """A body that never moves."""
+    """A body that never moves, or the part of a mechanism that does not."""
 
     corners: Array
     """Corners of its triangles, in the world [m], shape (n, 3, 3)."""
@@ -71,27 +72,29 @@ class StaticBody:
 
 
 def supports(recording: FilmRecord, level: float, planes: set[str]) -> RenderMesh | None:
-    """Return the posts of all statics that need some; None if none does.
+    """Return the posts of everything fixed that needs some; None if nothing does.
 
     Args:
         recording: The recording of the run.
         level: Height of the floor [m].
         planes: Names of the statics that are ground planes.
     """
-    pos, quat = recording.states.poses(float(recording.states.time[0]))
+    states = recording.states
+    pos, quat = states.poses(float(states.time[0]))
     turns = quats_to_matrices(quat)
+    links = enumerate(states.layout["links"])
+    fixed = {k for k, row in links if row["fixed"] and row["body"] not in states.removed}
     found: dict[str, list[Array]] = {}
     for part in recording.parts:
         seen = part.look.visible and part.look.opacity >= CLEAR
-        if part.body not in recording.statics or part.body in planes or not seen:
+        if part.link not in fixed or part.body in planes or not seen:
             continue
         mesh = read_mesh(part.mesh)
         local = mesh.vertices @ quats_to_matrices(np.array([part.quat]))[0].T + part.pos
         placed = local @ turns[part.link].T + pos[part.link]
         found.setdefault(part.body, []).append(placed[mesh.faces])
     things = [StaticBody(np.concatenate(corners)) for corners in found.values()]
-    moving = [body for body in recording.bodies if body not in recording.statics]
-    return posts(things, level, _boxes(recording, moving) if moving else [])
+    return posts(things, level, _boxes(recording, fixed))
 
 
 def posts(things: list[StaticBody], level: float, moving: list[tuple[Array, Array, Array]]) -> RenderMesh | None:
@@ -114,9 +117,12 @@ def posts(things: list[StaticBody], level: float, moving: list[tuple[Array, Arra
     return joined(supports) if supports else None
 
 
-def _boxes(recording: FilmRecord, moving: list[str]) -> list[tuple[Array, Array, Array]]:
+def _boxes(recording: FilmRecord, fixed: set[int]) -> list[tuple[Array, Array, Array]]:
+    """Return the boxes around everything but the fixed links, at each sampled moment."""
     states = recording.states
-    boxes = states.boxes(moving)
+    names, *columns = states.boxes(recording.bodies)
+    moving = np.array([link not in fixed for link in columns[0].tolist()], bool)
+    boxes = Boxes([name for name, moves in zip(names, moving, strict=True) if moves], *(c[moving] for c in columns))
     times = states.time[np.unique(np.linspace(0, len(states.time) - 1, MOMENTS).round().astype(int))]
     return [states.placed(boxes, float(t)) for t in times] if boxes.names else []
 

@@ -98,8 +98,8 @@ class Render(Model):
     `yard`: trodden earth; `meadow`: grass; both with a wood far off, and sun. If neither light nor backdrop is given,
     it is by default derived from the case; then a ground with a given colour or finish keeps it."""
     supports: Literal["posts", "none"] = "posts"
-    """`posts`: bodies and statics that float and never move get thin posts down to the floor, where nothing moves past.
-    Path traced only."""
+    """`posts`: bodies, statics and fixed bases of mechanisms that float get thin posts down to the floor, where nothing
+    moves past. Path traced only."""
     lighting: Literal["studio", "daylight", "sunlight", "overcast", "golden_hour", "dark_stage"] = "studio"
     """Preset of lights, backdrop and background, each of which can be overridden below. `studio`: a large soft lamp
     beside the camera, a cool rim light and little else, on a seamless grey cyclorama. `daylight`: a window beside the
