@@ -32,4 +32,4 @@ SHELF = "scene: {statics: {shelf: {shape: {kind: box, size: [0.4, 0.02, 0.4]}, p
     ],
 )
 def test_what_hangs_in_the_air(tmp_path: Path, more: str, says: str) -> None:
-    expect_words(tmp_path, "hangs-in-air", says, BALL, CAMERA, more, path="/bodies/ball/pose" if says else None)
+    expect_words(tmp_path, "hangs-in-air", says, BALL, CAMERA, more, path="/render/cameras/main" if says else None)

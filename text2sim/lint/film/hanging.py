@@ -7,7 +7,13 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import apart, grown
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.subjects import drawn
-from text2sim.lint.film.unseen_subjects import MAX_FILM_START, MIN_SHARE_INSIDE, opening_views, share_inside
+from text2sim.lint.film.unseen_subjects import (
+    MAX_FILM_START,
+    MIN_SHARE_INSIDE,
+    camera_to_blame,
+    opening_views,
+    share_inside,
+)
 from text2sim.lint.motion.flight import flight_of
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, more_copies
@@ -41,7 +47,7 @@ def _hangs(facts: Facts) -> Iterator[Problem]:
                 "or `from` of the first shot), let it start in or on something that lets it go, or give it a start "
                 "velocity"
             )
-            yield facts.problem("hangs-in-air", facts.first_given(name, "pose", "place", "repeat"), text, key=True)
+            yield facts.problem("hangs-in-air", camera_to_blame(views), text, key=True)
 
 
 def _unexplained_fall(facts: Facts, copy: Copy) -> float:
