@@ -13,6 +13,7 @@ import argparse
 import os
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -119,14 +120,25 @@ def flicker(filming: Filming, pair: list[Frame]) -> str:
 
 
 def equal(filming: Filming, frame: Frame) -> str:
-    """Return in words what a picture, as it is shown, costs with and without what is done about its noise."""
+    """Return in words what a picture, as it is shown, costs with and without what is done about its noise.
+
+    Clear glass is left out of all pictures.
+
+    Raises:
+        SystemExit: If there are clear liquids, whose pictures are kept only as they are shown.
+    """
     film, how = filming.recording.film, QUALITIES[filming.quality]
     view = Cameras(film, filming.recording.states).view(frame.camera, frame.t, frame.part)
     moments = [(filming.stage.at(frame.t), sensor(view, filming.size))]
 
-    def picture(samples: int, *, denoise: bool) -> np.ndarray:
-        traced = trace(moments, Quality(samples, how.depth, 1), film["gain"], denoise=denoise)
-        return filming.develop(traced).astype(float)
+    def pictures(samples: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return a picture before and after denoising, of 255, each (h, w, 3)."""
+        traced = trace(moments, Quality(samples, how.depth, 1), film["gain"])
+        if traced.sampled is None:
+            raise SystemExit("--equal needs a case without clear liquids")
+        kept = (traced.sampled.noisy, traced.sampled.smooth)
+        noisy, smooth = (filming.develop(replace(traced, radiance=radiance)).astype(float) for radiance in kept)
+        return noisy, smooth
 
     def spent(work: Callable[[], Any]) -> float:
         for _ in range(WARM):
@@ -138,12 +150,8 @@ def equal(filming: Filming, frame: Frame) -> str:
     mi, (moment, camera) = mitsuba(), moments[0]
     path = bare_path(how)
     noisy = spent(lambda: np.array(mi.render(moment.solid, sensor=camera, integrator=path, spp=how.samples)))
-    seconds = spent(lambda: picture(how.samples, denoise=True))
-    wanted, ours, bare = (
-        picture(MANY, denoise=False),
-        picture(how.samples, denoise=True),
-        picture(how.samples, denoise=False),
-    )
+    seconds = spent(lambda: pictures(how.samples))
+    wanted, (bare, ours) = pictures(MANY)[0], pictures(how.samples)
     away, off = (float(np.sqrt(np.mean((shown - wanted) ** 2))) for shown in (ours, bare))
     times = (off / away) ** 2
     return (

@@ -1,5 +1,6 @@
 """When a loop goes on: roles that give no usable answer, attempts that bring nothing."""
 
+import re
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,6 +14,7 @@ from text2sim.agents.loop import AgentLoop
 from text2sim.agents.loop_result import LoopOutcome
 from text2sim.agents.replies import Decision
 from text2sim.agents.session import Session, SessionWish
+from text2sim.spec_schema.errors import RunError
 
 SECTIONS = {"scene": {"duration": 1.0}, "bodies": {"ball": {"kind": "rigid"}}}
 
@@ -183,5 +185,31 @@ def test_between_equals_the_one_with_fewer_false_facts_is_better() -> None:
 def test_a_loop_that_nobody_answers_ends_with_its_time_and_says_so_in_the_mailbox(tmp_path: Path) -> None:
     wish = SessionWish("generate", "A ball falls.", {"": "mailbox:{case}/mail"}, minutes=0.01, cards=False)
     outcome = Session.begin(tmp_path / "case", wish, [], []).run(lambda event, what: None)
-    assert (outcome.state, outcome.why) == ("spent", "0.01 minutes are over")
+    assert outcome.state == "spent"
+    why = r"0\.01 minutes are over, and no reply to reader-01 came within [01](\.\d)? s"
+    assert re.fullmatch(why, outcome.why)
     assert {path.name for path in (tmp_path / "case" / "mail").iterdir()} == {"reader-01.request.md", "finished.md"}
+    told = (tmp_path / "case" / "mail" / "finished.md").read_text().splitlines()
+    assert re.fullmatch(f"Not accepted: {why}; no version was made.", told[0])
+
+
+def test_the_last_line_of_a_loop_tells_success_from_what_only_ended() -> None:
+    best = Attempt(3, "", "")
+    kept = LoopOutcome("spent", "20 minutes are over", best, ["falls: the ball hits the floor"]).sentence()
+    assert kept == (
+        "Not accepted: 20 minutes are over; version 3 is kept as the best; unresolved: falls: the ball hits the floor."
+    )
+    assert LoopOutcome("accepted", "all came true", best).sentence().startswith("Accepted: all came true; version 3")
+    assert LoopOutcome("failed", "no answer").sentence() == "Ended by an error: no answer; no version was made."
+    assert LoopOutcome("impossible", "no gravity").sentence() == "Not possible: no gravity."
+
+
+def test_a_loop_that_breaks_down_says_so_in_the_mailbox(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(loop: AgentLoop) -> LoopOutcome:
+        raise RunError("the disk is full")
+
+    monkeypatch.setattr(AgentLoop, "generate", broken)
+    wish = SessionWish("generate", "A ball falls.", {"": "mailbox:{case}/mail"}, cards=False)
+    with pytest.raises(RunError):
+        Session.begin(tmp_path / "case", wish, [], []).run(lambda event, what: None)
+    assert (tmp_path / "case" / "mail" / "finished.md").read_text().startswith("Ended by an error: the disk is full\n")

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from text2sim.spec_schema.published.reference_prose import MOTIONS
+
 G = 9.81
 
 LIFTS = """
@@ -312,3 +314,17 @@ def test_an_arm_reaches_where_it_is_told_to(simulate, agree):
         frame = int(np.abs(trial.time - t).argmin())
         tip = trial.pos("arm.lower")[frame] + 0.3 * trial.turn("arm.lower")[frame, :, 2]
         agree(f"reach, tip at {t} s [m]", tip, at, within=1.5e-3)
+
+
+def test_the_rolling_pin_of_the_reference_slides_and_turns_at_once(simulate, agree):
+    """Servos with the speed of their target follow it without lag, so that it rolls without sliding on the way, too."""
+    case = MOTIONS.split("```yaml\n")[1].split("```")[0]
+    pin = simulate(f"scene: {{duration: 2.5, statics: {{floor: {{shape: {{kind: plane}}}}}}}}\n{case}")
+    way, angle = pin.joint("pin.carriage")[0], pin.joint("pin.roller")[0]
+    agree("rolling pin: way [m]", way[-1], 0.4, within=1e-6)
+    agree("rolling pin: turn [rad]", angle[-1], -0.4 / 0.03, within=1e-4)
+    u = np.clip(pin.time / 2, 0, 1)
+    # The target of a step is that of its end: 10 ms at up to 0.3 m/s.
+    agree("rolling pin: way on the way [m]", way, 0.4 * u**2 * (3 - 2 * u), within=3.1e-3)
+    # At up to 6 * 0.4 / 2**2 = 0.6 m/s2, 1.23 kg on 20,000 N/m give by 37 um, and 3.8e-4 kg m2 on 20 N m by 12 um.
+    agree("rolling pin: slip [m]", way + 0.03 * angle, 0.0 * way, within=5e-5)

@@ -23,7 +23,7 @@ def scalar() -> Iterator[None]:
 
 @pytest.fixture
 def make_run(tmp_path: Path) -> MakeRun:
-    """Write a run of boxes: name -> half sizes, way over the film, look."""
+    """Write a run of boxes: name -> half sizes, way over the film, look; `of` names the body that it is a link of."""
 
     def make(boxes: dict[str, dict[str, Any]], name: str = "run", **film: Any) -> Path:
         folder = tmp_path / name
@@ -36,7 +36,7 @@ def make_run(tmp_path: Path) -> MakeRun:
             np.savez(folder / "geometry" / mesh, vertices=BOX * what["half"], faces=BOX_FACES)
             color = [*what.get("color", (0.5, 0.5, 0.5)), 1.0]
             index[str(k)] = [{"mesh": mesh, "pos": [0, 0, 0], "quat": [1, 0, 0, 0], "color": color}]
-            links.append({"body": body, "link": body, "mass": 1.0, "fixed": "velocity" not in what})
+            links.append({"body": what.get("of", body), "link": body, "mass": 1.0, "fixed": "velocity" not in what})
         layout = {"dt": 0.1, "every": 1, "gravity": [0, 0, -9.81], "links": links, "joints": []}
         start = np.array([what["pos"] for what in boxes.values()], float)
         speed = np.array([what.get("velocity", (0, 0, 0)) for what in boxes.values()], float)
@@ -49,7 +49,7 @@ def make_run(tmp_path: Path) -> MakeRun:
             time=times, qpos=np.zeros((5, 0), np.float32), links_pos=pos, links_quat=quat,
         )  # fmt: skip
         looks = {
-            body: {"color": what.get("color", (0.5, 0.5, 0.5)), "opacity": what.get("opacity", 1.0),
+            what.get("of", body): {"color": what.get("color", (0.5, 0.5, 0.5)), "opacity": what.get("opacity", 1.0),
                    "finish": what.get("finish", "rough"), "visible": True, "picture": None}
             for body, what in boxes.items()
         }  # fmt: skip

@@ -11,7 +11,7 @@ from text2sim.rendering import tone
 from text2sim.rendering.backdrop import backdrop_mesh, blocks_light, edge_rays, wall_mesh
 from text2sim.rendering.film import Filming
 from text2sim.rendering.floors import SURFACES, texture
-from text2sim.rendering.supports import StaticBody, posts, sights
+from text2sim.rendering.supports import StaticBody, posts, sights, supports
 from text2sim.spec_schema.load import load_text
 from text2sim.templates.cameras import View
 
@@ -209,6 +209,22 @@ def test_what_stands_or_leans_or_holds_on_to_something_gets_none():
     assert posts([stands], 0.0, []) is None
     peg = box((0.05, 0.3, 0.05), (0, -0.59, 0.5))
     assert posts([stands, peg], 0.0, []) is None, "it holds on to what stands"
+
+
+def test_the_fixed_base_of_a_mechanism_gets_posts_beside_what_moves_on_it(make_run: MakeRun) -> None:
+    """A gantry: its rail, 1 m up and 2 m long, gets posts 12 % from its ends; the carriage runs 0.8 m along below it."""
+    rail = {"half": (1.0, 0.03, 0.03), "pos": (0, 0, 1.0), "of": "gantry"}
+
+    def span(start: float) -> tuple[float, float]:
+        carriage = {"half": (0.1, 0.1, 0.3), "pos": (start, 0, 0.6), "velocity": (2, 0, 0), "of": "gantry"}
+        made = supports(read_recording(make_run({"rail": rail, "carriage": carriage})), 0.0, set(), [])
+        assert made is not None
+        assert np.unique(np.sign(made.vertices[:, 0])).tolist() == [-1.0, 1.0]
+        return made.vertices[:, 2].min(), made.vertices[:, 2].max()
+
+    assert span(-0.4) == pytest.approx((0.0, 0.97), abs=1e-6)
+    # It passes the post at x = -0.76 m: two rods hold the rail from above.
+    assert span(-0.9) == pytest.approx((1.03, 1.03 + 6 * 2.0), abs=1e-6)
 
 
 @pytest.mark.usefixtures("tracer")

@@ -16,6 +16,7 @@ SLIPS = [
     (BODY + ", position: [0, 0, 1]}\n", (6, "/bodies/b/position"), "`position` belongs in `pose`"),
     (BODY + ", velocity: [1, 0, 0]}\n", (6, "/bodies/b/velocity"), "`kind: initial_velocity` in `actions.controls`"),
     ("  b: {kind: cloth, shape: {kind: sheet, size: [1, 1]}, pinned: [left]}\n", (6, "/bodies/b/pinned"), "`kind: attach`"),
+    (BODY.replace("rigid", "driven") + ", motion: {kind: waypoints, times: [0, 1], positions: [[0, 0, 0], [1, 0, 0]], spin: 3}}\n", (6, "/bodies/b/motion/spin"), "both slides and turns is `articulated`"),
     (BODY + ", fixed: true}\n", (6, "/bodies/b/fixed"), "`scene.statics`"),
     (BODY + ", pose: {position: [0, 0, 1]}}\n", (6, "/bodies/b/pose/position"), "did you mean `pos`?"),
     ("  b: {kind: rigid, shape: {kind: box, size: [1, 1, 1]}, look: {colour: red}}\n", (6, "/bodies/b/look/colour"), "`color`?"),

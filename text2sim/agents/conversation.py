@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from threading import Lock
+from time import monotonic
 from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -15,6 +16,7 @@ from text2sim.agents.models.exchange import Image, Message, ModelRequest, Stoppe
 from text2sim.agents.models.mailbox import Mailbox
 from text2sim.agents.models.parsing import ReplyError, read_reply
 from text2sim.agents.models.tokens import PromptPrefixes
+from text2sim.runtime.progress import duration_text
 from text2sim.spec_schema.errors import RunError, nearest
 
 T = TypeVar("T")
@@ -165,11 +167,11 @@ class Conversation:
             messages += [Message("assistant", _echo(reply)), Message("user", _complaint(reasons, remedy))]
         raise RoleFailed(role, reasons)
 
-    def close(self) -> None:
-        """Tell those who watch a mailbox that no question follows."""
+    def close(self, ending: str) -> None:
+        """Tell those who watch a mailbox that no question follows, and how the program ended."""
         for endpoint in self._endpoints.values():
             if isinstance(endpoint, Mailbox):
-                endpoint.close()
+                endpoint.close(ending)
 
     def reply(self, role: str, messages: Sequence[Message]) -> str:
         """Return a role's raw reply to messages.
@@ -185,11 +187,13 @@ class Conversation:
             number = self._numbers[role]
         self._emit("asked", live=True, role=role, number=number)
         request = ModelRequest(role=role, messages=tuple(messages), number=number)
+        begun = monotonic()
         try:
             reply = self._log.ask(self._endpoint(role), request, self._gives_up, attempt=self.attempt)
         except StoppedError:
             if not self._stop() and (over := self._budget.over(self._overtime)) is not None:
-                raise BudgetSpent(over) from None
+                waited = duration_text(monotonic() - begun)
+                raise BudgetSpent(f"{over}, and no reply to {request.stem} came within {waited}") from None
             raise
         with self._lock:
             again = self._prefixes.cached_tokens(self._endpoint(role).name, request)

@@ -49,3 +49,13 @@ class LoopOutcome:
     def accepted(self) -> bool:
         """Whether the case does all of the request that is possible."""
         return self.state in ("accepted", "accepted_in_part")
+
+    def sentence(self) -> str:
+        """Return in a line how the loop ended, which version is kept, and what that lacks."""
+        heads = {"accepted": "Accepted", "accepted_in_part": "Accepted in part", "impossible": "Not possible"}
+        head = heads.get(self.state, "Ended by an error" if self.state == "failed" else "Not accepted")
+        kept = "no version was made" if self.best is None else f"version {self.best.number} is kept as the best"
+        if self.unresolved:
+            kept += f"; unresolved: {'; '.join(self.unresolved)}"
+        parts = [self.why] if self.state == "impossible" else [self.why, kept]
+        return f"{head}: {'; '.join(part.rstrip('. ') for part in parts)}."

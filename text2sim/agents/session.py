@@ -176,15 +176,20 @@ class Session:
         )
         loop.style, loop.prewarm = wish.style, prewarm
         outcome: LoopOutcome | None = None
+        ending = "Stopped before the end; `--resume` continues."
         try:
             if wish.kind == "generate":
                 outcome = loop.generate()
             else:
                 outcome = amend(loop, wish.base, run_first=wish.kind == "repair")
+            ending = outcome.sentence()
             return outcome
+        except Exception as error:
+            ending = f"Ended by an error: {error}"
+            raise
         finally:
             self._write(loop, offered, outcome, budget)
-            chat.close()
+            chat.close(ending)
 
     def _write(self, loop: AgentLoop, offered: OfferedCards, outcome: LoopOutcome | None, budget: Budget) -> None:
         best = outcome.best if outcome else None

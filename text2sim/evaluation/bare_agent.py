@@ -125,8 +125,11 @@ class BareAgent:
                     messages += [Message("assistant", reply), Message("user", response, images)]
         except BudgetSpent as error:
             why = str(error)
+        except BaseException as error:
+            why = f"ended by {str(error) or type(error).__name__}"
+            raise
         finally:
-            self._chat.close()
+            self._chat.close("Done." if accepted else f"Not done: {why}.")
         return self._result(name, why, accepted)
 
     def _act(self, reply: str, stop: Stop) -> tuple[str, tuple[Image, ...], bool]:

@@ -1,7 +1,7 @@
 """All rules, in the order in which they are listed."""
 
 from text2sim.lint.contact import bounce, creep, driven_through, nets, sliding, tunnelling
-from text2sim.lint.film import leaving, unseen_subjects, viewpoints
+from text2sim.lint.film import hanging, leaving, unseen_subjects, viewpoints
 from text2sim.lint.joints import angles, following, holding, ranges_and_anchors, ropes
 from text2sim.lint.numbers import counted_twice, densities, magnitudes, masses, meshes, steps, stiffness
 from text2sim.lint.rule import EXAMPLE_BASE, Rule
@@ -70,6 +70,7 @@ RULES: tuple[Rule, ...] = (
     *at_rest.RULES,
     *unseen_subjects.RULES,
     *leaving.RULES,
+    *hanging.RULES,
     *viewpoints.RULES,
     *families.RULES,
     *starts.RULES,

@@ -105,7 +105,7 @@ def solids(recording: FilmRecord, bodies: Collection[str], *, fixed: bool = Fals
     for part in recording.parts:
         if part.body not in bodies or not part.look.visible or part.look.opacity < CLEAR:
             continue
-        if fixed and part.body not in recording.statics and not links[part.link]["fixed"]:
+        if fixed and (not links[part.link]["fixed"] or part.body in recording.states.removed):
             continue
         mesh = read_mesh(part.mesh)
         local = mesh.vertices @ quats_to_matrices(np.array([part.quat]))[0].T + part.pos

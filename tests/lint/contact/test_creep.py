@@ -57,13 +57,29 @@ def test_what_creeps(tmp_path: Path, case: str, says: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("cone", "x", "wanted"), [("pyramidal", 0.0164, 1), ("elliptic", 0.0164, 0), ("pyramidal", 0.05, 0)]
+    ("cone", "x", "z", "more", "wanted"),
+    [
+        ("pyramidal", 0.0164, 0.0427, "", 1),
+        ("elliptic", 0.0164, 0.0427, "", 0),
+        ("pyramidal", 0.05, 0.0427, "", 0),
+        ("pyramidal", 0.0164, 0.3, "", 0),  # both fall
+        (
+            "pyramidal",
+            0.0164,
+            0.0427,
+            "actions: {controls: {toss: {kind: initial_velocity, body: left, linear: [0, 0, 2]}}}",
+            0,
+        ),  # both are thrown
+    ],
 )
-def test_cards_that_lean_on_each_other(tmp_path: Path, cone: str, x: float, wanted: int) -> None:
-    card = "{kind: rigid, shape: {kind: box, size: [0.002, 0.06, 0.09]}, pose: {pos: [%s, 0, 0.0427], euler_deg: [0, %s, 0]}}"
-    text = (
-        f"scene: {{contact: {{friction_cone: {cone}}}}}\nbodies: {{left: {card % (-x, 20)}, right: {card % (x, -20)}}}"
+def test_cards_that_lean_on_each_other(tmp_path: Path, cone: str, x: float, z: float, more: str, wanted: int) -> None:
+    shape = "shape: {kind: box, size: [0.002, 0.06, 0.09]}"
+    left, right = (
+        f"{{kind: rigid, {shape}, pose: {{pos: [{side}, 0, {z}], euler_deg: [0, {deg}, 0]}}}}"
+        for side, deg in ((-x, 20), (x, -20))
     )
+    floor = "statics: {floor: {shape: {kind: plane}}}"
+    text = f"scene: {{contact: {{friction_cone: {cone}}}, {floor}}}\nbodies: {{left: {left}, right: {right}}}\n{more}"
     assert len(findings(tmp_path, "creeps", text)) == wanted
 
 

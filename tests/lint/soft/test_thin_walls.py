@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from lint_support import findings
+from lint_support import expect_words, findings
 
 CUTTER = """\
 bodies:
@@ -72,13 +72,22 @@ def test_a_thin_link_is_named(tmp_path: Path) -> None:
     assert found.path == "/bodies/pin/links/rod/shape"
 
 
-@pytest.mark.parametrize(("kind", "found"), [("liquid", 0), ("granular", 0), ("soft", 1)])
-def test_walls_of_a_third_of_a_cell_hold_what_flows(tmp_path: Path, kind: str, found: int) -> None:
+@pytest.mark.parametrize(
+    ("kind", "thick", "says"),
+    [
+        ("liquid", 0.006, ""),
+        ("granular", 0.006, ""),
+        ("soft", 0.006, "`a` is pushed through it"),
+        ("soft", 0.026, ""),
+        ("liquid", 0.005, "`a` leaks through it"),
+    ],
+)
+def test_walls_of_a_third_of_a_cell_hold_what_flows(tmp_path: Path, kind: str, thick: float, says: str) -> None:
     tank = f"""\
 scene:
   statics:
-    wall: {{shape: {{kind: box, size: [0.006, 0.3, 0.3]}}, pose: {{pos: [0.12, 0, 0.15]}}}}
+    wall: {{shape: {{kind: box, size: [{thick}, 0.3, 0.3]}}, pose: {{pos: [0.12, 0, 0.15]}}}}
 bodies:
   a: {{kind: {kind}, cell: 0.02, shape: {{kind: box, size: [0.2, 0.2, 0.2]}}, pose: {{pos: [0, 0, 0.12]}}}}
 """
-    assert len(findings(tmp_path, "thin-wall", tank)) == found
+    expect_words(tmp_path, "thin-wall", says, tank)

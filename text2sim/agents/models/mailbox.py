@@ -15,11 +15,12 @@ from threading import Lock
 from text2sim.agents.models.exchange import MEDIA_TYPES, ModelError, ModelRequest, Reply, StoppedError
 from text2sim.agents.models.files import UnfitFileError, read_plain, write_durably
 from text2sim.agents.models.tokens import request_tokens, text_tokens
+from text2sim.spec_schema.plain import plain_line
 
 REPLY_SUFFIXES = ("md", "yaml", "yml", "json", "txt")
 """File extensions of a reply, in order of precedence."""
 FINISHED = "finished.md"
-"""Name of the file that says that no request follows."""
+"""Name of the file that says how the program ended, and that no request follows."""
 MAX_REPLY_SIZE = 10_000_000
 """Largest reply [bytes]."""
 POLL_INTERVAL = 0.2
@@ -48,10 +49,16 @@ class Mailbox:
         text = self._await(request, stop)
         return _reply(request, text, self.name, time.monotonic() - start)
 
-    def close(self) -> None:
-        """Write the file that says that no request follows; a request that comes nevertheless removes it."""
+    def close(self, ending: str) -> None:
+        """Write the file that says that no request follows; a request that comes nevertheless removes it.
+
+        Args:
+            ending: How the program ended, in words; its first line.
+        """
+        line = plain_line(" ".join(ending.split()))
+        text = f"{line}\n\nThe program has ended. No request follows, and no reply is read.\n"
         with self._lock, suppress(OSError, UnfitFileError):  # the outcome does not depend on it
-            write_durably(self._folder / FINISHED, "The program has ended. No request follows, and no reply is read.\n")
+            write_durably(self._folder / FINISHED, text)
 
     def _post(self, request: ModelRequest) -> None:
         """Write the request, unless an identical one exists, whose reply may exist, too."""

@@ -11,7 +11,7 @@ from text2sim.compiler.slopes import tilted_copies
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.contact.sliding import friction_between
 from text2sim.lint.facts import Facts
-from text2sim.lint.motion.flight import MAX_RESTING_GAP
+from text2sim.lint.motion.flight import MAX_RESTING_GAP, flight_of
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.words import length, more_copies
@@ -74,20 +74,26 @@ def _creeping(facts: Facts) -> Iterator[Problem]:
 
 
 def _leaning(facts: Facts) -> Iterator[Problem]:
-    """Report free bodies that lean on each other."""
+    """Report free bodies that lean on each other while something carries both."""
     if facts.settings.cone != "pyramidal":
         return
     free = (copy for copy in facts.copies.values() if not is_soft(copy.model) and facts.free(copy))
     leaning = list(islice(tilted_copies(free, facts.case.scene.gravity), MAX_BODIES))
     gaps = Gaps(facts)
     for a, b in combinations(leaning, 2):
-        if gaps.between(a, b, MAX_RESTING_GAP) < MAX_RESTING_GAP:
+        if gaps.between(a, b, MAX_RESTING_GAP) < MAX_RESTING_GAP and _rests(facts, a) and _rests(facts, b):
             text = (
                 f"`{a.name}` and `{b.name}` lean on each other and slide apart with the pyramidal friction cone (two "
                 "cards of 90 mm at 20 deg: 2 mm in 2 s); set `friction_cone: elliptic` in scene.contact"
             )
             yield facts.problem("creeps", ("bodies", a.body), text, key=True)
             return
+
+
+def _rests(facts: Facts, copy: Copy) -> bool:
+    """Return whether a free copy starts neither in flight nor in free fall."""
+    flight = flight_of(facts, copy)
+    return flight is not None and not flight.moves
 
 
 def _finding(facts: Facts, speed: float, slope: float, friction: float, copy: Copy, other: Copy, count: int) -> Problem:
@@ -159,7 +165,7 @@ angle s uses the share u = tan(s) / m of the friction m. A face, which has {CONT
 now and then, up to six times as fast). With the elliptic cone the creep is a hundredth of that. Scenes of free bodies
 with slopes get the elliptic cone by default; trees of links, piles with cg, and bouncing bodies do not. Cards that lean
 on each other touch with one contact and slide apart by 1.9 mm in 2 s with the pyramidal cone; with the elliptic one
-they stay within 10 micrometres (`tests/physics/test_friction.py`).""",
+they stay within 10 micrometres (`tests/physics/test_friction.py`). Bodies that fall or fly do not count.""",
         remedy="""\
 Set `scene.contact.friction_cone: elliptic`. Otherwise set `solver: {noslip_iterations: 10}`, which stops bodies that
 use less than half of their friction, or use more substeps: the creep is proportional to the time constant.""",

@@ -31,7 +31,7 @@ TESTED_POINTS = 6
 
 
 @once_per_case
-def _views(facts: Facts) -> list[CameraView]:
+def opening_views(facts: Facts) -> list[CameraView]:
     """Return the author's cameras that film the start; none if the camera is derived."""
     return [
         view_at(facts, name, 0.0)
@@ -40,7 +40,7 @@ def _views(facts: Facts) -> list[CameraView]:
     ]
 
 
-def _share_inside(view: CameraView, balls: Balls) -> float:
+def share_inside(view: CameraView, balls: Balls) -> float:
     """Return the share of the balls, by their area, whose centre is in the picture."""
     area = sum(radius**2 for _, radius in balls)
     return sum(radius**2 for center, radius in balls if view.shows(center)) / area
@@ -57,14 +57,14 @@ def _who_does_not_see(views: list[CameraView]) -> str:
 
 def _filmed_subjects(facts: Facts) -> Iterator[tuple[str, Balls, list[CameraView]]]:
     """Yield the visible subjects with the balls around them, and the cameras that see part of them at the start."""
-    views = _views(facts)
+    views = opening_views(facts)
     for name in subjects(facts) if views else ():
         if balls := drawn(facts, name):
             yield name, balls, [view for view in views if any(view.shows(*ball) for ball in balls)]
 
 
 def _unseen(facts: Facts) -> Iterator[Problem]:
-    views = _views(facts)
+    views = opening_views(facts)
     for name, balls, seeing in _filmed_subjects(facts):
         why = ""
         if not seeing:
@@ -109,11 +109,11 @@ def _small(facts: Facts) -> Iterator[Problem]:
 
 
 def _cut_off(facts: Facts) -> Iterator[Problem]:
-    views = _views(facts)
+    views = opening_views(facts)
     for name, balls, seeing in _filmed_subjects(facts):
         if not seeing:
             continue
-        share, best = max((_share_inside(view, balls), -index) for index, view in enumerate(views))
+        share, best = max((share_inside(view, balls), -index) for index, view in enumerate(views))
         if share < MIN_SHARE_INSIDE:
             view = views[-best]
             text = (

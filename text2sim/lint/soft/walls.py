@@ -26,7 +26,7 @@ CUTTING_CELLS = 1.5, 5.0
 wire strain what lies beside it by its thickness in cells. Measured with blocks of 15 kPa, thickness with reach: at 1.3,
 1 cell tore a tenth of what was in its way, 1.5 half, 2 all but the top layer, 2.25 all; at 1.2, 2.1 cells cut one block
 and not another; at 1.15, 1.5 and 2.25 cells cut."""
-LEAKS, CLOSES = "leaks through it", "closes behind it instead of being cut"
+LEAKS, PUSHED, CLOSES = "leaks through it", "is pushed through it", "closes behind it instead of being cut"
 """What a body does about a wall or a cutter that is too thin."""
 ON_TOP = 2.0
 """Thickness [cells] of a free body on top of an mpm body."""
@@ -94,20 +94,20 @@ def _thinnest(facts: Facts, copy: Copy) -> tuple[float, str | None, dict[str, fl
 
 def _wanted_cells(facts: Facts, copy: Copy, body: Any) -> tuple[float, str, str]:
     """Return how many cells thick a rigid copy should be beside an mpm body, why, and what the body does otherwise."""
-    mount = facts.mount(copy)
+    mount, then = facts.mount(copy), LEAKS if body.kind in FLOWING else PUSHED
     moved = "it is driven" if mount == "driven" else "a motor moves it"
     if mount == "driven" or any(motor.entity == copy.name for motor in facts.plan.motors):
         if getattr(body.material, "tear_stretch", None) is not None:
             least, more = CUTTING_CELLS
             return least + more * (body.material.tear_stretch - 1), moved, CLOSES
-        return PUSHING_CELLS if body.kind in FLOWING else LOADED_WALL_CELLS, moved, LEAKS
+        return PUSHING_CELLS if body.kind in FLOWING else LOADED_WALL_CELLS, moved, then
     if not facts.moves(copy):
-        if body.kind == "soft":
-            return HIT_WALL_CELLS, "soft bodies that hit thinner walls pass through them", LEAKS
-        return HOLDING_CELLS, "thinner walls let particles through", LEAKS
-    if mount == "tree":  # leaks through thin limbs and ropes are not visible
-        return 0.0, "", LEAKS
-    return ON_TOP, "it may lie on the body" if facts.free(copy) else "the body presses on it", LEAKS
+        if body.kind in FLOWING:
+            return HOLDING_CELLS, "thinner walls let particles through", then
+        return HIT_WALL_CELLS, "soft bodies that hit thinner walls pass through them", then
+    if mount == "tree":  # what passes through thin limbs and ropes is not visible
+        return 0.0, "", then
+    return ON_TOP, "it may lie on the body" if facts.free(copy) else "the body presses on it", then
 
 
 @first_per_place
@@ -149,7 +149,7 @@ RULES = (
     Rule(
         id="thin-wall",
         severity="warning",
-        title="A wall or plate is too thin, and particles leak through it.",
+        title="A wall or plate is too thin, and mpm bodies pass through it.",
         reason=f"""\
 The mpm grid detects rigid bodies only at its nodes. Measured with a piston on soft cubes, of 1668 particles: 440 passed
 a plate of 1.3 cells, 164 one of 1.9; 40 were some millimetres in one of 2.9, and none passed one of 5. A body that a

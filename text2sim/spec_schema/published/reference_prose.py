@@ -109,6 +109,36 @@ with brackets, as in `on: "plate[*]"`, one on each: there must be as many copies
 the pattern are used. A placement that differs from copy to copy (`on: "post[${i}]"`) places each separately.
 """
 
+MOTIONS = """\
+In `motion` of a driven body, which either slides or turns. A body that does both, such as a rolling pin, is a link of
+an articulated body, with a slider and a hinge one after the other. Here `turn` is the way divided by the radius, so
+that the pin rolls without sliding; without a motor on its hinge, friction turns it. Another slider between the two
+lowers it.
+
+```yaml
+bodies:
+  pin:
+    kind: articulated
+    pose: {pos: [0, 0, 0.2]}
+    links:
+      rail: {shape: {kind: box, size: [0.8, 0.02, 0.02]}}
+      carriage:
+        parent: rail
+        shape: {kind: box, size: [0.06, 0.32, 0.02]}
+        pose: {pos: [-0.2, 0, -0.02]}
+        joint: {kind: slider, axis: x, actuator: {stiffness: 20000, damping: 400}}
+      roller:
+        parent: carriage
+        shape: {kind: cylinder, radius: 0.03, height: 0.3}
+        pose: {pos: [0, 0, -0.1], euler_deg: [90, 0, 0]}
+        joint: {kind: hinge, axis: z, actuator: {stiffness: 20, damping: 0.4}}
+actions:
+  controls:
+    slide: {kind: drive, joint: pin.carriage, position: {kind: ramp, to: 0.4, end: 2}}
+    turn: {kind: drive, joint: pin.roller, position: {kind: ramp, to: "${-0.4 / 0.03}", end: 2}}
+```
+"""
+
 BODY_REGIONS = """\
 In `place.at`, in `point` of an impulse or force, and in `look_at` of a camera. Regions are parts of the true surface,
 in the body's own frame; where one point is needed, it is the centre.

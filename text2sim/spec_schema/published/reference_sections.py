@@ -35,6 +35,7 @@ from text2sim.spec_schema.published.reference_prose import (
     BODY_REGIONS,
     FILM,
     LIGHTS,
+    MOTIONS,
     PLACES,
     PREFABS,
     SCULPT,
@@ -90,7 +91,7 @@ SECTIONS = (
         "In `links`, `loops`, `joints`, `payload`. All links but the root have a `joint`, much like a mount.",
     ),
     ReferenceSection("Pulleys of a rope", 3, (soft_bodies.Round,), "Among the points of `along` of a rope."),
-    ReferenceSection("Motions", 3, motion.Motion, "In `motion` of a driven body.", "motions", noun="motion"),
+    ReferenceSection("Motions", 3, motion.Motion, MOTIONS, "motions", noun="motion"),
     ReferenceSection("Shapes", 2, shapes.AnyShape, "In `shape`.", "shapes", noun="shape"),
     ReferenceSection(
         "Shapes of cloth", 3, sheets.ClothShape, "In `shape` of a cloth.", "cloth_shapes", noun="shape of cloth"

@@ -234,6 +234,8 @@ def _unknown_key(place: _Place) -> _Finding:
         message += f"; `{key}` belongs in `{_WITHIN[key]}`"
     elif key in _ELSEWHERE and {"look", "place"} <= set(known) and nearest(key, free) is None:
         return _Finding((*place.path, key), f"{message}; {_ELSEWHERE[key]}", "unknown-key", key=True)
+    elif place.path[-1:] == ("motion",) and nearest(key, free) is None:
+        message += "; a body that both slides and turns is `articulated`: see Motions in docs/language.md"
     elif OTHER_KEYS.get(key) in free:
         return _Finding((*place.path, key), message, "unknown-key", OTHER_KEYS[key], key=True)
     return _Finding((*place.path, key), message, "unknown-key", nearest(key, free) or nearest(key, known), key=True)
