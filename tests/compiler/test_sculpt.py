@@ -138,6 +138,9 @@ def test_pieces_follow_the_parts() -> None:
     assert hull.volume() > 1.5 * geometry.volume(shape, Path())
     (whole,) = geometry.pieces(shape.model_copy(update={"collision": "decompose"}), Path())
     assert whole.collision == "decompose" and whole.enclosed == pytest.approx(geometry.volume(shape, Path()))
+    (surface,) = geometry.pieces(shape.model_copy(update={"collision": "exact"}), Path())
+    assert surface.collision == "exact" and surface.field is not None
+    assert surface.field.wall < 0.2, "a trunk of 0.2 m has thinner legs"
 
 
 def test_a_bore_does_not_cut_a_wheel_into_slices() -> None:

@@ -153,33 +153,17 @@ class TestMeshes:
         (found,) = overlaps(assets, ball)
         assert depth_and_way(found)[0] == "70 mm", "30 mm and 40 mm, the bar's radius"
 
-    def test_a_sculpted_bowl_keeps_its_hollow(self, tmp_path: Path) -> None:
-        """Its surface is known without a file."""
+    @pytest.mark.parametrize("collision", ["decompose", "exact", "parts"])
+    def test_a_sculpted_bowl_keeps_its_hollow(self, tmp_path: Path, collision: str) -> None:
+        """Its surface is known without a file; convex pieces of its parts fill it, which is then said."""
         bowl = (
-            "bowl: {kind: rigid, shape: {kind: sculpt, collision: decompose, parts: {bowl: {kind: revolve, "
+            f"bowl: {{kind: rigid, shape: {{kind: sculpt, collision: {collision}, parts: {{bowl: {{kind: revolve, "
             "profile: [[0, 0], [0.1, 0], [0.2, 0.15], [0.16, 0.15], [0.08, 0.03], [0, 0.03]]}}}, pose: {pos: [0, 0, 0.5]}}"
         )
         ball = "ball: {kind: rigid, shape: {kind: sphere, radius: 0.06}, pose: {pos: [0, 0, %s]}}"
-        assert overlaps(tmp_path, f"bodies: {{{bowl}, {ball % 0.6}}}") == []
-        (found,) = overlaps(tmp_path, f"bodies: {{{bowl}, {ball % 0.52}}}")
+        above, in_it = (overlaps(tmp_path, f"bodies: {{{bowl}, {ball % z}}}") for z in (0.6, 0.5))
+        reason = "(the convex pieces of `bowl` fill its hollow: `collision: exact`, or `decompose`, keeps it)"
+        assert [found.message.endswith(reason) for found in above] == ([True] if collision == "parts" else [])
+        (found,) = in_it
         assert "`bowl` and `ball` overlap" in found.message
-
-
-def test_speed_grows_with_depth_over_the_timeconst() -> None:
-    def speed(timeconst: float) -> float:
-        text = (
-            f"text2sim: 1\nname: a\nscene: {{duration: 1, substeps: 10, contact: {{timeconst: {timeconst}}}}}\n"
-            "bodies: {b: {kind: rigid, shape: {kind: sphere, radius: 1}}}\n"
-        )
-        return push_speed(Facts(resolve_case(load_text(text))), 0.01)
-
-    # Measured in the engine: 10 mm deep, at 10 ms and at 5 ms.
-    assert speed(0.01) == pytest.approx(0.519, rel=0.05)
-    assert speed(0.005) == pytest.approx(1.039, rel=0.05)
-
-
-def test_a_heap_of_overlaps_is_looked_at_in_bounds(tmp_path: Path) -> None:
-    heap = "kind: rigid, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {euler_deg: [10, 20, 30]}"
-    grid = "repeat: {kind: grid, counts: [10, 20, 10], spacing: [0.05, 0.05, 0.05]}"
-    (found,) = overlaps(tmp_path, "scene: {statics: {floor: null}}", f"bodies: {{b: {{{heap}, {grid}}}}}")
-    assert "pairs of their copies at least" in found.message
+        assert reason not in found.message, "the middle of the ball is in the bottom of the bowl"

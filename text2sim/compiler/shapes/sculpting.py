@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from text2sim.assets.answer_cache import cached_answer
 from text2sim.compiler.memory import Memory
 from text2sim.compiler.shapes.casemesh import load_mesh
+from text2sim.compiler.shapes.distance_field import field_of
 from text2sim.compiler.shapes.hulls import outward_hull
 from text2sim.compiler.shapes.meshfile import MeshFile, obj_text
 from text2sim.compiler.shapes.piece import Piece
@@ -132,23 +133,41 @@ def piece_mesh(piece: Piece, folder: Path) -> MeshFile:
 
 
 def pieces_of(shape: Sculpt) -> list[Piece]:
-    """Return the convex pieces with which a shape touches others; for `decompose`, one mesh.
+    """Return the convex pieces with which a shape touches others; for `decompose` and `exact`, one mesh.
 
     Raises:
-        AssetError: if it cannot be made.
+        AssetError: if it cannot be made, or cannot touch exactly.
     """
     sculpture = sculpted(shape)
-    found = []
-    for corners, net in sculpture.hulls:
-        vertices = tuple((x, y, z) for x, y, z in corners.tolist())
-        faces = tuple((a, b, c) for a, b, c in net.tolist())
-        if shape.collision == "decompose":
-            piece = Piece("mesh", size=(1.0,), vertices=vertices, faces=faces, file=DIGEST_PREFIX + sculpture.digest,
-                          enclosed=sculpture.volume, collision="decompose")  # fmt: skip
-        else:
-            piece = Piece("hull", vertices=vertices, faces=faces)
-        found.append(piece)
-    return found
+    if shape.collision in ("decompose", "exact"):
+        return [whole_piece(sculpture, shape.collision)]
+    return [Piece("hull", vertices=_rows(corners), faces=_rows(net)) for corners, net in sculpture.hulls]
+
+
+def whole_piece(sculpture: Sculpted, collision: str) -> Piece:
+    """Return a sculpted shape as one mesh.
+
+    Args:
+        sculpture: The shape.
+        collision: How it touches: `decompose` or `exact`.
+
+    Raises:
+        AssetError: if it cannot touch exactly.
+    """
+    if len(sculpture.hulls) == 1:
+        corners, net = sculpture.hulls[0]
+    else:
+        used, net = outward_hull(sculpture.vertices)
+        corners = sculpture.vertices[used]
+    field = field_of(sculpture.vertices, sculpture.faces, None) if collision == "exact" else None
+    return Piece(
+        "mesh", size=(1.0,), vertices=_rows(corners), faces=_rows(net), file=DIGEST_PREFIX + sculpture.digest,
+        enclosed=sculpture.volume, collision=collision, field=field,
+    )  # fmt: skip
+
+
+def _rows(array: Any) -> tuple[Any, ...]:
+    return tuple((a, b, c) for a, b, c in array.tolist())
 
 
 def _recalled(shape: Sculpt, key: str) -> Sculpted:

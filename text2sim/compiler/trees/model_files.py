@@ -60,7 +60,8 @@ def _exact(fields: dict[str, DistanceField | None]) -> tuple[dict[str, Any], tup
         "sdf_min_res": LEAST_NODES,
         "sdf_max_res": max(field.most for field in made.values()),
     }
-    return grid, tuple(f"`{file}` touches by its surface, {field}" for file, field in made.items())
+    names = {file: "the sculpt" if file.startswith(DIGEST_PREFIX) else f"`{file}`" for file in made}
+    return grid, tuple(f"{names[file]} touches by its surface, {field}" for file, field in made.items())
 
 
 @dataclass

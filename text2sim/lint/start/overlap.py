@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.fragment import Fragment
+from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.sculpting import sculpted, whole_piece
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
-from text2sim.lint.start.concave import roughness
+from text2sim.lint.start.concave import inside, roughness
 from text2sim.lint.start.escape import (
     BOX_TESTS_PER_STEP,
     Effort,
@@ -22,6 +24,7 @@ from text2sim.lint.start.escape import (
 )
 from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.text.document import Path
 
 PUSH_FACTOR = 0.52
@@ -33,6 +36,9 @@ MIN_SHARE = 0.005
 """Smallest overlap that is reported, as a share of the thickness."""
 MIN_DEPTH = 1e-4
 """Smallest overlap that is reported [m]."""
+ROOM = 0.3
+"""A step that frees a body from the surface of a sculpt, as a share of its overlap with the convex pieces, below which
+the pieces are to blame."""
 MAX_TESTED_PAIRS = 4000
 """Most pairs of pieces that are tested in a case, which takes 0.2 s; the next check finds the rest."""
 STEP_BUDGET = 8000
@@ -161,7 +167,25 @@ def _finding(
     hull = next((part.piece for part in overlap.pair if part.piece.kind == "mesh"), None)
     if hull is not None and hull.collision == "hull":
         text += f" (`{hull.file}` collides by its convex hull; `collision: decompose` or `exact` keeps its hollows)"
+    elif (filled := _filled(facts, a, b, overlap)) is not None:
+        text += f" (the convex pieces of `{filled}` fill its hollow: `collision: exact`, or `decompose`, keeps it)"
     return facts.problem("overlap", _pointer(facts, a, b), text, key=True, severity="error" if deep else None)
+
+
+def _filled(facts: Facts, a: Copy, b: Copy, overlap: Overlap) -> str | None:
+    """Return which of two bodies is a sculpt that overlaps the other mainly where its surface leaves room."""
+    import numpy as np
+
+    depth = ROOM * overlap.depth
+    one, other = overlap.pair
+    for copy, own, rest in ((a, one, other), (b, other, one)):
+        if isinstance(copy.shape, Sculpt) and copy.shape.collision in ("parts", "hull"):
+            whole = sculpted(copy.shape)
+            surface = StandingPart(whole_piece(whole, "decompose"), own.pos, own.quat, own.moves, own.link, whole.mesh)
+            steps: list[Vec] = [(x, y, z) for x, y, z in (depth * np.vstack([np.eye(3), -np.eye(3)])).tolist()]
+            if any(not inside(rest, surface, step) for step in steps):
+                return copy.name
+    return None
 
 
 def _name_of(facts: Facts, copy: Copy, overlap: Overlap, side: int) -> str:
@@ -221,7 +245,8 @@ random. The rule includes copies of one body and links of different bodies. It s
 the start, which do not collide, and overlaps that separate at less than {MIN_PUSH:g} m/s.""",
         remedy="""\
 Move the body as the message says, or place it with `place: {on: …}`, which uses the true geometry; give a `repeat` more
-room. A mesh collides by its convex hull unless it has `collision: decompose`.""",
+room. A mesh collides by its convex hull unless it has `collision: decompose`; the convex pieces of a sculpt fill its
+hollows unless it has `collision: exact` or `decompose`.""",
         example="""\
 bodies:
   peg: {kind: rigid, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [0, 0, 0.05]}}

@@ -154,8 +154,8 @@ class Sculpt(Model):
     """A solid of parts that blend into each other: animals, tools, vessels, vehicles.
 
     Parts are joined in their order, then all cuts are made, then paint is applied. The result is a closed mesh, which
-    determines mass, centre of mass and inertia. For contact, each part is one or several convex pieces; contact ignores
-    cuts unless `collision` is `decompose`.
+    determines mass, centre of mass and inertia. For contact, each part is one or several convex pieces, without its
+    hollows; only `decompose` and `exact` know those, and cuts: a bowl is an `exact` `revolve`.
     """
 
     kind: Literal["sculpt"]
@@ -166,9 +166,9 @@ class Sculpt(Model):
     detail: Length | None = None
     """Cell [m] of the grid on which the mesh is made; by default a fifth of the thinnest part, within the limit of
     cells."""
-    collision: Literal["parts", "hull", "decompose"] = "parts"
-    """Contact by convex pieces of the parts, by the convex hull of the whole, or by convex pieces of the whole, which
-    the engine takes seconds to find."""
+    collision: Literal["parts", "hull", "decompose", "exact"] = "parts"
+    """Contact by convex pieces of the parts, by the convex hull of the whole, by convex pieces of the whole, which the
+    engine takes seconds to find, or by the surface itself, on which a ball rolls smoothly (see contact.md)."""
 
     @model_validator(mode="after")
     def _something(self) -> "Sculpt":

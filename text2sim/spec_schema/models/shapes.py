@@ -136,7 +136,10 @@ class Tube(Model):
 
 
 class Cup(Model):
-    """A tube with a floor, open at the top, made of convex pieces; its frame is at half its height."""
+    """A tube with a floor, open at the top, made of convex pieces; its frame is at half its height.
+
+    A round bowl is a `sculpt`.
+    """
 
     kind: Literal["cup"]
     radius: Length
