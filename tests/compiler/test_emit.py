@@ -17,7 +17,15 @@ from text2sim.compiler.literal import Code, comment, identifier, literal
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_case
 
-SOMETIMES = ("ipc_coupler.py", "cloth_on_grid.py", "cloth_friction.py", "bending.py", "damp_sand.py", "solid_walls.py")
+SOMETIMES = (
+    "ipc_coupler.py",
+    "cloth_on_grid.py",
+    "cloth_friction.py",
+    "bending.py",
+    "damp_sand.py",
+    "solid_walls.py",
+    "adhesion.py",
+)
 PROGRAM = (*MODULES, *COPIED_MODULES, *COPIED_SOFT, *COPIED_ACTIONS, *SOMETIMES)
 # `quadrants`, the compiler of the engine, and `torch` come with it.
 ALLOWED = {

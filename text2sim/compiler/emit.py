@@ -33,7 +33,7 @@ COPIED_SOFT = ("filling.py", "soft.py", "skins.py", "soft_states.py", "soft_film
 """Also copied into programs with deformable bodies."""
 MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")
 
-UNRECORDED = ("mass", "bending", "gas", "damping", "stream")
+UNRECORDED = ("mass", "bending", "gas", "damping", "stream", "adhesion")
 """Facts of deformable bodies that the recorder does not need."""
 FROM_FILE = ("MJCF", "URDF", "Mesh")
 """Morphs that read a file of the program."""
@@ -125,7 +125,8 @@ def emit(plan: Plan) -> dict[str, bytes]:
     copied += ["cloth_damping.py"] if context["dampings"] else []
     copied += ["gas.py"] if context["gases"] else []
     copied += ["flows.py"] if context["streams"] else []
-    copied += ["solid_walls.py"] if context["flowing"] else []
+    copied += ["solid_walls.py"] if context["flowing"] or context["adhesions"] else []
+    copied += ["adhesion.py"] if context["adhesions"] else []
     copied += ["bending.py"] if context["bending"] else []
     files |= {name: (TEMPLATES / name).read_bytes() for name in copied} | dict(plan.files)
     return files | {"looks.json": _looks(plan)}
@@ -214,6 +215,7 @@ def _context(plan: Plan) -> dict[str, Any]:
         "own_materials": own_materials,
         "rate_dependent": own_materials & RATE_DEPENDENT,
         "dampings": {name: facts.damping for name, facts in plan.deformables.items() if facts.damping},
+        "adhesions": {name: facts.adhesion for name, facts in plan.deformables.items() if facts.adhesion},
         "gases": {name: facts.gas for name, facts in plan.deformables.items() if facts.gas},
         "streams": {name: facts.stream for name, facts in plan.deformables.items() if facts.stream},
         "flowing": [

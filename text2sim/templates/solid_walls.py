@@ -72,16 +72,10 @@ def _move_out(
             for g in range(geoms_info.needs_coup.shape[0]):
                 if geoms_info.needs_coup[g]:
                     pos, link = particles[f, i, 0].pos, geoms_info.link_idx[g]
-                    depth, normal = 0.0, qd.Vector([0.0, 0.0, 0.0])
-                    if geoms_info.type[g] == gs.GEOM_TYPE.BOX:
-                        distance, normal = _from_box(g, pos, geoms_state, geoms_info)
-                        depth = radius - distance
-                    else:
-                        depth = radius - sdf_func_world(g, 0, pos, geoms_state, geoms_info, sdf_info)
-                        if depth > 0.0:
-                            normal = sdf_func_normal_world(
-                                g, 0, pos, geoms_state, geoms_info, rigid_info, sdf_info, collider_static_config
-                            )
+                    distance, normal = surface_at(
+                        g, pos, radius, geoms_state, geoms_info, sdf_info, rigid_info, collider_static_config
+                    )
+                    depth = radius - distance
                     if depth > 0.0:
                         particles[f, i, 0].pos = pos + depth * normal
                         squeezed = share * qd.min(depth / (2.0 * radius), 0.5) * normal.outer_product(normal)
@@ -92,6 +86,41 @@ def _move_out(
                             particles[f, i, 0].vel += speed * normal
                             blow = info[i].mass / scale * speed
                             func_apply_coupling_force(link, 0, pos, -blow / h * normal, links_state)
+
+
+@qd.func
+def surface_at(
+    g,
+    pos,
+    near,
+    geoms_state: GeomsState,
+    geoms_info: GeomsInfo,
+    sdf_info: SDFInfo,
+    rigid_info: RigidInfo,
+    collider_static_config: qd.template(),
+):
+    """Return the signed distance [m] of a point from a shape, and the normal there if it is near.
+
+    Args:
+        g: Number of the shape.
+        pos: The point [m].
+        near: Distance [m] below which the normal is needed.
+        geoms_state: Poses of the shapes.
+        geoms_info: The shapes.
+        sdf_info: Their distance fields.
+        rigid_info: The rigid solver's constants.
+        collider_static_config: The collider's settings.
+    """
+    distance, normal = 0.0, qd.Vector([0.0, 0.0, 0.0])
+    if geoms_info.type[g] == gs.GEOM_TYPE.BOX:
+        distance, normal = _from_box(g, pos, geoms_state, geoms_info)
+    else:
+        distance = sdf_func_world(g, 0, pos, geoms_state, geoms_info, sdf_info)
+        if distance < near:
+            normal = sdf_func_normal_world(
+                g, 0, pos, geoms_state, geoms_info, rigid_info, sdf_info, collider_static_config
+            )
+    return distance, normal
 
 
 @qd.func

@@ -76,6 +76,7 @@ class SoftLowering:
                 gas_row(copy, self.meshes.folder),
                 model.material.damping or None if solver == "pbd" else None,
                 stream_arguments(copy, spacing),
+                getattr(model.material, "adhesion", None) or None,
             ),
         )
         low, high = extents_of(copy, self.meshes.folder)

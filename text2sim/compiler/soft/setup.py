@@ -89,6 +89,8 @@ class SoftRecord:
     """Rate [1/s] of `templates/cloth_damping.py`; None for what has no internal friction of its own."""
     stream: dict[str, Any] | None = None
     """Arguments of `templates/streams.py`; None for what is there at the start."""
+    adhesion: float | None = None
+    """Traction [Pa] of `templates/adhesion.py`; None for what does not stick."""
 
 
 @dataclass(frozen=True)

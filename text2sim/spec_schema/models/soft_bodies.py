@@ -36,7 +36,7 @@ ONLY_WITH = {
 
 
 class Soft(Deformable):
-    """A deformable solid: rubber, jelly, clay; or cream, foam, paste, with a `yield_stress` and a `viscosity`.
+    """A deformable solid: rubber, jelly, clay; or cream, foam, paste, with `yield_stress`, `viscosity`, `adhesion`.
 
     Ends that are attached to driven bodies, of which one spins, twist it until its folds press on each other. With
     mpm, edges that get more than about twice as long tear: two turns take a mat five times as long as wide.
@@ -60,6 +60,8 @@ class Soft(Deformable):
             raise ValueError("model elasto_plastic needs solver mpm (got fem)")
         if self.material.yield_stress is not None and self.material.model != "elasto_plastic":
             raise ValueError(f"yield_stress needs model elasto_plastic (got {self.material.model})")
+        if self.solver == "fem" and self.material.adhesion:
+            raise ValueError("material.adhesion needs solver mpm (got fem)")
         if self.material.viscosity and self.material.model != "elasto_plastic":
             raise ValueError(
                 f"viscosity needs model elasto_plastic (got {self.material.model}); what does not keep a shape at all "

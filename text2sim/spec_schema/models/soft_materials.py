@@ -21,6 +21,10 @@ class SoftMaterial(Model):
     """Density [kg/m3]."""
     friction: Real = Field(default=0.5, ge=0.0, le=5.0)
     """Coulomb coefficient against rigid bodies. For an mpm body that of the rigid body applies instead."""
+    adhesion: NonNegative = 0.0
+    """With solver mpm: it sticks to rigid bodies up to this traction [Pa], in shear and in tension: shaving foam, dough
+    and mud some 100 to 1000. A layer of thickness h stays on a slope of angle a, and on a wall, up to `density 9.81 h
+    sin(a)`. If its `yield_stress` is less than 1.7 times that, it creeps down and leaves a trail."""
     damping: NonNegative | None = None
     """With solver fem: fraction of the velocity that is lost per second [1/s]; derived by default."""
     hydroelastic_modulus: Positive | None = None
