@@ -17,13 +17,13 @@ from typing import Any
 import numpy as np
 
 if __package__:
-    from .cameras import framed, project  # noqa: TID252
+    from .cameras import framed  # noqa: TID252
     from .pacing import shots_of  # noqa: TID252
-    from .standpoints import best_camera, typical, view_of, within  # noqa: TID252
+    from .standpoints import best_camera, typical, view_of  # noqa: TID252
 else:  # in a program, where it lies beside this module
-    from cameras import framed, project
+    from cameras import framed
     from pacing import shots_of
-    from standpoints import best_camera, typical, view_of, within
+    from standpoints import best_camera, typical, view_of
 
 MOMENTS = 160
 """Number of moments of the recording at which motion is sampled."""
