@@ -28,8 +28,8 @@ else:  # in a program, where it lies beside this module
 MOMENTS = 160
 """Number of moments of the recording at which motion is sampled."""
 NEARER = 0.75
-"""The camera tracks its subjects if it can film a quarter of the time from this fraction of the distance from which
-all of the film can be seen, or from nearer."""
+"""The camera tracks its subjects if that brings it to this fraction of its distance from them, or nearer, for a quarter
+of the film at least."""
 ACTIVE = 0.03
 """Distance [picture heights] that a body moves within `WINDOW` to count as moving at the time."""
 WINDOW, CALM = 0.7, 0.9
@@ -110,20 +110,22 @@ def _along(camera: dict, film: dict, states: Any) -> dict:
         beside.append([cloud for cloud in [*standing, *waiting] if len(cloud)])
     if not all(map(len, clouds)):  # there is nothing to track
         return still
-    direction, kept = (view.pos - view.look_at) / full, []
+    direction, kept, middles = (view.pos - view.look_at) / full, [], []
     for t, others in zip(shown, beside, strict=True):
         near = np.concatenate([cloud for cloud, other in zip(clouds, shown, strict=True) if abs(other - t) <= WINDOW])
         points = np.concatenate([near, *(_beside(near, cloud) for cloud in others)])
         near_by = framed(camera | {"frame": frame | {"margin": 0.1}}, points, aspect)
         away = max(float(np.linalg.norm(np.subtract(near_by["pos"], near_by["look_at"]))), NEAREST * full)
         kept.append([*near_by["look_at"], away])
+        middles.append(np.median(near, axis=0))
     gaps = (shown[:, None] - shown[None]) / (CALM / 2)
     weights = np.exp(-(gaps**2) / 2)
     calm = weights @ np.array(kept) / weights.sum(axis=1, keepdims=True)
-    if np.quantile(calm[:, 3], 0.25) > NEARER * full:
+    places = calm[:, :3] + calm[:, 3:] * direction
+    before, after = (np.linalg.norm(place - np.array(middles), axis=1) for place in (view.pos, places))
+    if np.quantile(after / before, 0.25) > NEARER:
         return still
-    look_at = [tuple(round(float(c), 4) for c in row[:3]) for row in calm]
-    positions = [tuple(round(float(c), 4) for c in row[:3] + row[3] * direction) for row in calm]
+    look_at, positions = ([tuple(round(float(c), 4) for c in row) for row in rows] for rows in (calm[:, :3], places))
     rest = {key: value for key, value in still.items() if key not in ("pos", "look_at", "kind")}
     return rest | {
         "kind": "keyframed",

@@ -63,7 +63,8 @@ def best_camera(film: dict, camera: dict, states: Any, times: np.ndarray, tracks
     standing = states.bounds(auto["statics"], float(moments[0])) if auto["statics"] else np.zeros((0, 3))
     every = np.concatenate(clouds)
     bodies = len(states.boxes(auto["moving"]).names)
-    shown = np.concatenate([clouds[0], *(typical(cloud, bodies) for cloud in clouds[1:])])
+    clouds[1:] = [typical(cloud, bodies) for cloud in clouds[1:]]
+    shown = np.concatenate(clouds)
     points = np.concatenate([shown, _clipped_to_surroundings(standing, shown)])
     if not len(points):
         return camera
@@ -152,7 +153,9 @@ class _Sights:
         moves = np.flatnonzero(np.isin(names, auto["moving"]))
         directions = len(AZIMUTHS) * len(ELEVATIONS)
         tests = OCCLUSION_MOMENTS * POINTS_PER_BODY * directions * max(len(names), 1) * max(len(moves), 1)
-        self._sampled = moves[:: max(1, math.ceil(tests / MAX_SIGHT_TESTS))]
+        some = moves[:: max(1, math.ceil(tests / MAX_SIGHT_TESTS))]
+        _, one_of_each = np.unique(self._body[moves], return_index=True)
+        self._sampled = np.union1d(some, moves[one_of_each])
         chosen = moments[np.unique(np.linspace(0, len(moments) - 1, OCCLUSION_MOMENTS).round().astype(int))]
         self._placed = [states.placed(every, float(t)) for t in chosen]
         self._background = np.asarray(film["background"], float)
