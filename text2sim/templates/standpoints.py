@@ -46,7 +46,7 @@ MAX_SIGHT_TESTS = 1_500_000
 
 
 def best_camera(film: dict, camera: dict, states: Any, times: np.ndarray, tracks: np.ndarray) -> dict:
-    """Return the still camera with the best score that shows the whole film, its frame's space reduced to what it shows.
+    """Return the still camera with the best score that shows the whole film; its frame is `within` what it shows.
 
     Args:
         film: Constants of `render.py`.
@@ -72,7 +72,7 @@ def best_camera(film: dict, camera: dict, states: Any, times: np.ndarray, tracks
     frame = frame | {"within": (points.min(axis=0) - room, points.max(axis=0) + room)}
     sights = _Sights(film, states, moments)
     displacements = np.diff(tracks[:: max(1, len(tracks) // FRAMING_MOMENTS)], axis=0).reshape(-1, 3)
-    best, best_score = camera, -math.inf
+    best, best_score = camera | {"frame": frame}, -math.inf
     ground = _ground_below(film, every, states, float(moments[0]))
     elevations = ELEVATIONS if ground is None else ELEVATIONS_ALOFT
     for direction, cost in _directions(frame["direction"], elevations, free=auto["turn_lights"]):
