@@ -48,6 +48,12 @@ def test_a_place_is_chosen_where_nothing_is_said_of_light_or_backdrop():
     assert film("{setting: meadow, background: red}")["background"] == (1, 0, 0)
 
 
+def test_shadows_of_a_place_that_nobody_named_are_deep():
+    lights = film()["lights"]
+    shade = sum(lights[name]["strength"] for name in ("front", "fill"))
+    assert shade < 0.06 * lights["key"]["strength"], "of what does not come from a lamp"
+
+
 def test_a_dark_floor_makes_the_picture_brighter():
     assert film(look=", look: {color: black}")["gain"] > film()["gain"] > film(look=", look: {color: white}")["gain"]
 
@@ -235,7 +241,8 @@ def test_a_picture_without_a_render_section_uses_the_tonal_range(make_run: MakeR
     filming = Filming(recording, "draft", size=(64, 36))
     shown = filming.develop(filming.trace(filming.reels()[0].frames[0])) / 255 @ tone.LUMA
     floor, behind = np.median(shown[-8:]), np.median(shown[:4])
-    assert 0.45 < floor < 0.68
+    assert 0.55 < floor < 0.68
+    assert 0.5 < np.median(shown) < 0.7
     assert behind > floor + 0.03, "the background is told from the floor"
     assert np.percentile(shown, 99) < 0.93
     assert np.percentile(shown, 5) > 0.1

@@ -248,3 +248,87 @@ def test_what_stays_aloft_out_of_doors_is_seen_against_the_sky(height, place_, t
     camera = made["cameras"]["main"]
     pos = camera["pos"] if "pos" in camera else camera["positions"][0]
     assert pos[2] > 0.1, "and not from below the ground"
+
+
+class Copies(Ways):
+    """The same, where `brick` stands for all its copies."""
+
+    def _all(self, names):
+        return [name for name in self._things if name in names or name.split("[")[0] in names]
+
+    def bounds(self, names, t):
+        return super().bounds(self._all(names), t)
+
+    tracks = bounds
+
+    def boxes(self, names):
+        return super().boxes(self._all(names))
+
+
+def sizes(made, points_at):
+    """The larger of width and height that points fill in the picture, 0 to 1, at times over all of the film."""
+    cameras, found = Cameras(made, None), []
+    for t in np.linspace(made["shots"][0]["from"], made["shots"][-1]["to"], 25):
+        places = project(cameras.view("main", t), points_at(t), 16 / 9)
+        assert (np.abs(places[:, :2]) < 1).all(), f"nothing of it is cut off at {t:.2f} s"
+        found.append(np.ptp(places[:, :2], axis=0).max() / 2)
+    return np.array(found)
+
+
+def test_what_most_of_a_burst_wall_does_fills_the_picture_while_a_tenth_of_it_flies_off():
+    def brick(k):
+        start = np.array([0.25 * (k % 10), 0, 0.1 + 0.2 * (k // 10)])
+        heap, thrown = np.array([0.25 * (k % 10), 0.3 * (k // 10), 0.1]), start + (6.0 - 12.0 * (k % 20 == 9), 0, 0)
+
+        def way(t):
+            there = np.clip(t - 1, 0, 1)
+            return start + there * ((thrown if k % 10 == 9 else heap) - start)
+
+        return way
+
+    ways = Copies({f"brick[{k}]": ((0.12, 0.06, 0.1), brick(k)) for k in range(60)})
+    rest = [f"brick[{k}]" for k in range(60) if k % 10 != 9]
+    filled = sizes(directed(film(["brick"]), ways), lambda t: ways.bounds(rest, t))
+    assert filled.min() > 0.6
+
+
+def test_a_tower_that_has_fallen_is_seen_from_nearer():
+    def block(k):
+        return lambda t: np.array([0.27 * k * np.clip(t - 1, 0, 1), 0, 0.1 + 0.2 * k * (1 - np.clip(t - 1, 0, 1))])
+
+    ways = Copies({f"block[{k}]": ((0.1, 0.1, 0.1), block(k)) for k in range(12)})
+    made = directed(film(["block"]), ways)
+    filled = sizes(made, lambda t: ways.bounds(["block"], t))
+    assert filled[-1] > 0.7, "what lies there at last, and not in the room that the tower took up"
+    assert np.median(filled) > 0.6
+
+
+def test_what_waits_beside_what_moves_is_not_cut_off():
+    def turns(t):
+        return np.array([-0.4, 0, 0.6 + 0.9 * max(1 - t, 0)])
+
+    def swings_little(t):
+        return np.array([0.0, 0.0, 0.5 + 0.05 * np.sin(3 * t)])
+
+    holder = ((0.08, 0.08, 0.08), standing(0.42, 0, 0.6))
+    ways = Ways({"turner": ((0.08,) * 3, turns), "cord": ((0.34, 0.02, 0.05), swings_little), "holder": holder})
+    made = directed(film(["turner", "cord", "holder"]), ways)
+    assert made["cameras"]["main"]["kind"] == "keyframed"
+    assert sizes(made, lambda t: ways.bounds(["holder", "cord"], t)).min() > 0.25
+
+
+def test_one_ball_among_many_bricks_is_not_hidden():
+    wall = {f"brick[{k}]": ((0.12, 0.06, 0.1), standing(0.25 * (k % 10), 0, 0.1 + 0.2 * (k // 10))) for k in range(61)}
+    ball = {"ball": ((0.1, 0.1, 0.1), lambda t: np.array([1.1 + 0.2 * np.sin(2 * t), 0.8, 0.4]))}
+    made = directed(film(["brick", "ball"]), Copies(wall | ball))
+    way = stands_at(made)
+    assert way[1] > -0.1 or way[2] > 0.6, "from in front of the wall nobody sees it"
+
+
+def test_what_moves_in_a_glass_is_seen_with_all_of_the_glass():
+    def sinks(t):
+        return np.array([0.0, 0.0, max(0.7 - 0.6 * t, 0.1)])
+
+    ways = Ways({"ball": ((0.08, 0.08, 0.08), sinks), "glass": ((0.15, 0.15, 0.4), standing(0, 0, 0.4))})
+    filled = sizes(directed(film(["ball"], ["glass"]), ways), lambda t: ways.bounds(["glass"], t))
+    assert filled.min() > 0.6

@@ -68,14 +68,14 @@ STUDIOS = {
     "daylight": Studio(
         {
             "key": _softbox((0.95, 0.2, -0.85), 3.8, "#fff4e6"),
-            "rim": _softbox((-0.7, -0.7, -1.5), 0.9, "#dfe9ff"),
-            "front": _sun((-0.25, 1.0, -0.3), 0.28, 35.0),
-            "fill": _fill("#f0f4fb", "#e6e6e4", 0.06),
+            "rim": _softbox((-0.7, -0.7, -1.5), 1.2, "#dfe9ff"),
+            "front": _sun((-0.25, 1.0, -0.3), 0.16, 35.0),
+            "fill": _fill("#f0f4fb", "#e6e6e4", 0.03),
         },
         backdrop="wall",
         background="#e8e0d2",
         ambient=0.45,
-        stops=0.3,
+        stops=0.5,
         softbox_side=0.12,
     ),
     "sunlight": Studio(

@@ -4,31 +4,32 @@
 
     times       waiting is cut, the decisive moment is slowed down, and the film ends on the final state
     camera      the camera stands where moving bodies are least hidden, move across the picture and stand out; it tracks
-                bodies that are small compared with the distance they travel
+                bodies where that brings it nearer
     turn_lights the studio lamps turn with the camera
 
 All decisions follow from the states alone, so the preview and the path-traced film show the same.
 """
 
 import math
+from collections import Counter
 from typing import Any
 
 import numpy as np
 
 if __package__:
-    from .cameras import framed, project  # noqa: TID252
+    from .cameras import framed  # noqa: TID252
     from .pacing import shots_of  # noqa: TID252
-    from .standpoints import best_camera, view_of, within  # noqa: TID252
+    from .standpoints import best_camera, typical, view_of  # noqa: TID252
 else:  # in a program, where it lies beside this module
-    from cameras import framed, project
+    from cameras import framed
     from pacing import shots_of
-    from standpoints import best_camera, view_of, within
+    from standpoints import best_camera, typical, view_of
 
 MOMENTS = 160
 """Number of moments of the recording at which motion is sampled."""
-SMALL, SMALL_ACTIVE = 0.4, 0.22
-"""Share of the picture's width or height below which subjects are so small that the camera tracks them: all of them,
-and those that move at the time."""
+NEARER = 0.75
+"""The camera tracks its subjects if that brings it to this fraction of its distance from them, or nearer, for a quarter
+of the film at least."""
 ACTIVE = 0.03
 """Distance [picture heights] that a body moves within `WINDOW` to count as moving at the time."""
 WINDOW, CALM = 0.7, 0.9
@@ -40,7 +41,10 @@ WHOLE, PAST = 0.5, 0.33
 """Time at both ends for which a tracking camera shows all that moves [s of film]; in the end without what came to rest
 in this first part of the film."""
 CONTEXT = 0.25
-"""How much of statics beside it a tracking camera shows on each side, in sizes of what moves."""
+"""How much of what stands beside it a tracking camera shows on each side, in sizes of what moves. What is nearer than
+this, and not larger than what moves, is shown whole."""
+VESSEL = 5.0
+"""A static around what moves is shown whole up to this many sizes of what moves: a glass is seen with its rim."""
 NEAREST = 0.3
 """Smallest distance of a tracking camera, as a fraction of the distance at which everything is in the picture."""
 
@@ -86,37 +90,42 @@ def _size(camera: dict, tracks: np.ndarray) -> float:
 
 
 def _along(camera: dict, film: dict, states: Any) -> dict:
-    """Return the camera, or one that tracks the subjects if these are too small in the picture."""
+    """Return the camera, or one that tracks the subjects if that brings it nearer."""
     frame, still = camera["frame"], {key: value for key, value in camera.items() if key != "frame"}
     aspect, view = film["resolution"][0] / film["resolution"][1], view_of(camera)
     shots = film["shots"] or [{"from": film["start"], "to": film["end"], "speed": film["speed"]}]
     shown, times = _film_times(shots)
     full = float(np.linalg.norm(view.pos - view.look_at))
     height = 2 * full * math.tan(math.radians(view.fov) / 2)
-    moving, spans = film["auto"]["moving"], []
-    for subjects in ([moving] * len(times), _active(moving, states, shown, times, ACTIVE * height)):
-        clouds = [states.bounds(names, float(t)) for names, t in zip(subjects, times, strict=True)]
-        clouds = [within(cloud[np.isfinite(cloud).all(axis=1)], frame["within"]) for cloud in clouds]
-        if not all(map(len, clouds)):  # there is nothing to track
-            return still
-        wide = [np.ptp(np.clip(project(view, cloud, aspect)[:, :2], -1, 1), axis=0).max() / 2 for cloud in clouds]
-        spans.append(float(np.median(wide)))
-    if spans[0] >= SMALL and spans[1] >= SMALL_ACTIVE:
-        return still
+    moving = film["auto"]["moving"]
+    copies = Counter(name.split("[")[0] for name in states.boxes(moving).names)
     standing = [states.bounds([name], float(times[0])) for name in film["auto"]["statics"]]
-    direction, kept = (view.pos - view.look_at) / full, []
-    for t in shown:
-        near = [cloud for cloud, other in zip(clouds, shown, strict=True) if abs(other - t) <= WINDOW]
-        cloud = np.concatenate(near)
-        around = [cloud, *(_beside(cloud, static) for static in standing)]
-        near_by = framed(camera | {"frame": frame | {"margin": 0.1}}, np.concatenate(around), aspect)
+    active, clouds, beside = _active(moving, states, shown, times, ACTIVE * height), [], []
+    for names, t, at in zip(active, times, shown, strict=True):
+        cloud = _shown(states, names, float(t), frame["within"])
+        if at >= WHOLE:
+            cloud = typical(cloud, sum(copies[name] for name in names))
+        clouds.append(cloud if len(cloud) else _shown(states, moving, float(t), frame["within"]))
+        waiting = [_shown(states, [name], float(t), frame["within"]) for name in moving if name not in names]
+        beside.append([cloud for cloud in [*standing, *waiting] if len(cloud)])
+    if not all(map(len, clouds)):  # there is nothing to track
+        return still
+    direction, kept, middles = (view.pos - view.look_at) / full, [], []
+    for t, others in zip(shown, beside, strict=True):
+        near = np.concatenate([cloud for cloud, other in zip(clouds, shown, strict=True) if abs(other - t) <= WINDOW])
+        points = np.concatenate([near, *(_beside(near, cloud) for cloud in others)])
+        near_by = framed(camera | {"frame": frame | {"margin": 0.1}}, points, aspect)
         away = max(float(np.linalg.norm(np.subtract(near_by["pos"], near_by["look_at"]))), NEAREST * full)
         kept.append([*near_by["look_at"], away])
+        middles.append(np.median(near, axis=0))
     gaps = (shown[:, None] - shown[None]) / (CALM / 2)
     weights = np.exp(-(gaps**2) / 2)
     calm = weights @ np.array(kept) / weights.sum(axis=1, keepdims=True)
-    look_at = [tuple(round(float(c), 4) for c in row[:3]) for row in calm]
-    positions = [tuple(round(float(c), 4) for c in row[:3] + row[3] * direction) for row in calm]
+    places = calm[:, :3] + calm[:, 3:] * direction
+    before, after = (np.linalg.norm(place - np.array(middles), axis=1) for place in (view.pos, places))
+    if np.quantile(after / before, 0.25) > NEARER:
+        return still
+    look_at, positions = ([tuple(round(float(c), 4) for c in row) for row in rows] for rows in (calm[:, :3], places))
     rest = {key: value for key, value in still.items() if key not in ("pos", "look_at", "kind")}
     return rest | {
         "kind": "keyframed",
@@ -164,12 +173,23 @@ def _film_times(shots: list[dict]) -> tuple[np.ndarray, np.ndarray]:
     return np.array(shown), np.array(times)
 
 
-def _beside(cloud: np.ndarray, static: np.ndarray) -> np.ndarray:
-    """Nearby points of a static body, which give the motion context; none if the body is far away."""
-    low, high = cloud.min(axis=0), cloud.max(axis=0)
-    room = float((high - low).max())
-    apart = np.maximum(static.min(axis=0) - high, low - static.max(axis=0)).max() if len(static) else np.inf
-    return np.clip(static, low - CONTEXT * room, high + CONTEXT * room) if apart < room / 2 else np.zeros((0, 3))
+def _shown(states: Any, names: list[str], t: float, space: Any) -> np.ndarray:
+    """Points of bodies (n, 3) at a time [s] that are in a space, see `standpoints.within`; there may be none."""
+    cloud = states.bounds(names, t)
+    cloud = cloud[np.isfinite(cloud).all(axis=1)]
+    low, high = space
+    return cloud[((cloud >= low) & (cloud <= high)).all(axis=1)]
+
+
+def _beside(cloud: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Points of a body to be shown with what moves, as context: all of it, the nearer part, or none if far away."""
+    low, high, first, last = cloud.min(axis=0), cloud.max(axis=0), other.min(axis=0), other.max(axis=0)
+    room, size, middle = float((high - low).max()), float((last - first).max()), (low + high) / 2
+    around = ((first <= middle) & (middle <= last)).all() and high[2] <= last[2]
+    apart = np.maximum(first - high, low - last).max()
+    if (around and size <= VESSEL * room) or (apart < CONTEXT * room and size <= room):
+        return other
+    return np.clip(other, low - CONTEXT * room, high + CONTEXT * room) if apart < room / 2 else np.zeros((0, 3))
 
 
 def _turned_lights(lights: dict, before: dict, after: dict) -> dict:

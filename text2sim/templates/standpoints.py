@@ -16,9 +16,9 @@ FRAMING_MOMENTS = 20
 """Number of moments of the recording at which the framing is checked."""
 OCCLUSION_MOMENTS = 5
 """Number of moments at which occlusion is checked."""
-MANY_BODIES, OUTLIER_SHARE = 20, 0.02
-"""With this many bodies or more, each edge of the picture may cut off this share of their positions: one shard that
-flies off must not make all others small."""
+MANY_BODIES, TYPICAL_SHARE, STRAY = 20, 0.9, 1.25
+"""With this many bodies or more, the picture may cut off what is farther from their middle than `STRAY` times the
+distance within which this share of them is: one shard that flies off must not make all others small."""
 AZIMUTHS = (-61, -119, -75, -105, -90, -30, -150, 0, 180, 119, 61, 90)
 ELEVATIONS = {13: 0.0, 19: 0.01, 8: 0.05, 27: 0.05, 42: 0.14}
 """Candidate directions to the camera [deg]: azimuths from +x, the most usual first, and elevations above the horizon
@@ -37,6 +37,8 @@ MAX_USEFUL_CONTRAST = 0.25
 """Colour distance above which contrast does not increase the score further."""
 SURROUNDINGS, BENEATH = 0.3, 0.15
 """How much of statics is shown beside and above what moves, and below it, in sizes of what moves."""
+SLACK = 0.02
+"""How far beyond the points that are shown at the sampled moments others are shown too, in sizes of all of them."""
 POINTS_PER_BODY = 3
 """Points of a body from which occlusion is checked."""
 MAX_SIGHT_TESTS = 1_500_000
@@ -44,7 +46,7 @@ MAX_SIGHT_TESTS = 1_500_000
 
 
 def best_camera(film: dict, camera: dict, states: Any, times: np.ndarray, tracks: np.ndarray) -> dict:
-    """Return the still camera with the best score that shows the whole film.
+    """Return the still camera with the best score that shows the whole film; its frame is `within` what it shows.
 
     Args:
         film: Constants of `render.py`.
@@ -59,14 +61,19 @@ def best_camera(film: dict, camera: dict, states: Any, times: np.ndarray, tracks
     clouds = [states.bounds(auto["moving"], float(t)) for t in moments]
     clouds = [within(cloud[np.isfinite(cloud).all(axis=1)], frame["within"]) for cloud in clouds]
     standing = states.bounds(auto["statics"], float(moments[0])) if auto["statics"] else np.zeros((0, 3))
-    shown = _trimmed(clouds, len(states.boxes(auto["moving"]).names))
+    every = np.concatenate(clouds)
+    bodies = len(states.boxes(auto["moving"]).names)
+    clouds[1:] = [typical(cloud, bodies) for cloud in clouds[1:]]
+    shown = np.concatenate(clouds)
     points = np.concatenate([shown, _clipped_to_surroundings(standing, shown)])
     if not len(points):
         return camera
+    room = SLACK * np.ptp(points, axis=0).max()
+    frame = frame | {"within": (points.min(axis=0) - room, points.max(axis=0) + room)}
     sights = _Sights(film, states, moments)
     displacements = np.diff(tracks[:: max(1, len(tracks) // FRAMING_MOMENTS)], axis=0).reshape(-1, 3)
-    best, best_score = camera, -math.inf
-    ground = _ground_below(film, np.concatenate(clouds), states, float(moments[0]))
+    best, best_score = camera | {"frame": frame}, -math.inf
+    ground = _ground_below(film, every, states, float(moments[0]))
     elevations = ELEVATIONS if ground is None else ELEVATIONS_ALOFT
     for direction, cost in _directions(frame["direction"], elevations, free=auto["turn_lights"]):
         tried = framed(camera | {"frame": frame | {"direction": direction}}, points, aspect)
@@ -146,7 +153,9 @@ class _Sights:
         moves = np.flatnonzero(np.isin(names, auto["moving"]))
         directions = len(AZIMUTHS) * len(ELEVATIONS)
         tests = OCCLUSION_MOMENTS * POINTS_PER_BODY * directions * max(len(names), 1) * max(len(moves), 1)
-        self._sampled = moves[:: max(1, math.ceil(tests / MAX_SIGHT_TESTS))]
+        some = moves[:: max(1, math.ceil(tests / MAX_SIGHT_TESTS))]
+        _, one_of_each = np.unique(self._body[moves], return_index=True)
+        self._sampled = np.union1d(some, moves[one_of_each])
         chosen = moments[np.unique(np.linspace(0, len(moments) - 1, OCCLUSION_MOMENTS).round().astype(int))]
         self._placed = [states.placed(every, float(t)) for t in chosen]
         self._background = np.asarray(film["background"], float)
@@ -238,15 +247,17 @@ def _clipped_to_surroundings(standing: np.ndarray, shown: np.ndarray) -> np.ndar
     return np.clip(standing, low - (beside, beside, below), high + beside)
 
 
-def _trimmed(clouds: list[np.ndarray], bodies: int) -> np.ndarray:
-    """All points of clouds; with many bodies, without the outliers."""
-    points = np.concatenate(clouds) if clouds else np.zeros((0, 3))
+def typical(points: np.ndarray, bodies: int) -> np.ndarray:
+    """Return the points (n, 3) of a number of bodies at one moment; of many bodies, without the strays.
+
+    Args:
+        points: Outermost points of the bodies [m].
+        bodies: How many bodies these are.
+    """
     if bodies < MANY_BODIES or not len(points):
         return points
-    low, high = np.percentile(points, (100 * OUTLIER_SHARE, 100 * (1 - OUTLIER_SHARE)), axis=0)
-    start = clouds[0]
-    low, high = np.minimum(low, start.min(axis=0)), np.maximum(high, start.max(axis=0))
-    return points[((points >= low) & (points <= high)).all(axis=1)]
+    away = np.linalg.norm(points - np.median(points, axis=0), axis=1)
+    return points[away <= STRAY * np.quantile(away, TYPICAL_SHARE)]
 
 
 def view_of(camera: dict) -> View:

@@ -55,7 +55,7 @@ LIGHTS = {
     },
     "rim": {
         "kind": "softbox",
-        "strength": 0.9,
+        "strength": 1.2,
         "color": (0.8745, 0.9137, 1.0),
         "direction": (0.276, 0.9507, -1.5),
         "at": (0.0206, 0.0, 0.3106),
@@ -64,14 +64,14 @@ LIGHTS = {
     },
     "front": {
         "kind": "sun",
-        "strength": 0.28,
+        "strength": 0.16,
         "color": (1.0, 1.0, 1.0),
         "direction": (0.701, -0.7557, -0.3),
         "angle": 0.61087,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.06,
+        "strength": 0.03,
         "color": (0.9412, 0.9569, 0.9843),
         "horizon": (0.902, 0.902, 0.8941),
     },
@@ -87,6 +87,6 @@ BACKDROP = {
     "window": True,
     "supports": True,
 }
-GAIN = 1.1556  # exposure: a white sheet that faces the strongest light appears white
+GAIN = 1.3591  # exposure: a white sheet that faces the strongest light appears white
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}
