@@ -220,15 +220,20 @@ def test_contacts_may_name_parts_of_rigid_bodies() -> None:
     assert faults(PLAN, checks__events__strike=event) == []
 
 
+BOWL = {"kind": "cylinder", "center": [0, 0, 0.1], "radius": 0.2, "height": 0.2}
+
+
 def test_where_bodies_stand_is_not_known_yet() -> None:
     for measure, expect in (
         ({"kind": "position", "of": "bob", "axis": "z"}, {"at": "end", "above": -5}),
         ({"kind": "position", "of": "bob", "axis": "z"}, {"at": "end", "below": 5}),
         ({"kind": "distance", "between": ["bob", "mug"]}, {"at": "end", "above": 0.5}),
         ({"kind": "extent", "of": "pin", "axis": "z", "stat": "max"}, {"during": [1, 2], "below": 0.2}),
+        ({"kind": "count_in", "of": "bob", "region": BOWL}, {"during": "all", "stat": "min", "above": 0.5}),
+        ({"kind": "count_in", "of": "bob", "region": BOWL}, {"during": "all", "stat": "max", "below": 0.5}),
     ):
         changes = {"checks__measures__mine": measure, "checks__expect__mine": {"measure": "mine", **expect}}
-        assert faults(PLAN, **changes) == []
+        assert faults(PLAN, **changes, keeps=["whole", "mine"], says__mine="it stays") == []
 
 
 def test_what_may_start_near_may_stay_near() -> None:

@@ -1,19 +1,19 @@
 """Rehearsal of a plan: a case of stand-in bodies is checked before the Writers start.
 
-Positions and sizes of bodies are not known yet. A finding of the lint counts only if it appears in three very different
-arrangements, one of them with all bodies in one place: then it follows from the definitions of measures and events.
+Positions and sizes of bodies are not known yet. A finding of the lint counts only if it appears in very different
+arrangements, one of them with all bodies in one place, and one for each region that a measure names, with all of them
+in it: then it follows from the definitions of measures and events.
 """
 
-import json
 import re
 from collections.abc import Iterable, Iterator
-from functools import cache
 from pathlib import Path
 from typing import Any, get_args
 
 from text2sim.agents.contract import numbered_copies
 from text2sim.agents.language import body_kinds, mount_kinds, shape_kinds
-from text2sim.agents.replies import CasePlan, Fragments, PlannedBody
+from text2sim.agents.replies import CasePlan, Fragments
+from text2sim.agents.stand_ins import ARRANGEMENTS, Arrangement, prefab_arguments, rehearsal_text
 from text2sim.card_library.model import Mode
 from text2sim.spec_schema.arithmetic.expressions import RESERVED
 from text2sim.spec_schema.arithmetic.interpolation import parse_interpolation
@@ -22,13 +22,12 @@ from text2sim.spec_schema.arithmetic.values import ExpressionError
 from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError, nearest
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.loaded import LoadedCase
-from text2sim.spec_schema.models.placed import Placed
-from text2sim.spec_schema.names.selectors import named_by, strings_in
+from text2sim.spec_schema.names.selectors import strings_in
 from text2sim.spec_schema.reuse.multiples import NUMBER
-from text2sim.spec_schema.text.canonical import format_text
-from text2sim.spec_schema.text.source import Source
 
 Data = dict[str, Any]
+MAX_REGIONS = 4
+"""Largest number of regions in which all bodies are put."""
 RESERVED_NAMES = (*sorted({*COPY_VARIABLES, NUMBER}), *sorted(RESERVED))
 """Names that expressions reserve, so that no parameter can have them."""
 MODES = get_args(Mode)
@@ -39,7 +38,6 @@ PART_REMEDY = "; name a whole body, or plan the part as a body of its own or as 
 MAX_BODIES = 300
 """Largest number of bodies for which the lint runs, since the Planner waits for it."""
 JOINT_MEASURES = ("joint_position", "joint_velocity", "joint_force")
-_PART = re.compile(r"(\w+)(?:\[[\d:*]+\])?\.([\w*]+)")
 _PATH_PREFIXES = (("/actions/", "/checks/"), ("/scene/duration", "/duration"), ("/params", "/params"))
 
 
@@ -49,7 +47,7 @@ def plan_faults(plan: CasePlan, path: Path) -> list[str]:
     if wrong := list(_kind_faults(plan)):
         return wrong + words  # measures can only be checked once the kinds of bodies are known
     try:
-        loaded = load_text(_rehearsal_text(plan, plan.checks, 0), path)
+        loaded = load_text(rehearsal_text(plan, plan.checks, ARRANGEMENTS[0]), path)
         from text2sim.spec_schema.names.references import check_references
 
         problems = check_references(loaded)
@@ -97,7 +95,7 @@ def _fact_faults(plan: CasePlan, path: Path) -> list[str]:
     try:
         from text2sim.spec_schema.names.references import check_references
 
-        problems = check_references(load_text(_rehearsal_text(plan, checks, 0), path))
+        problems = check_references(load_text(rehearsal_text(plan, checks, ARRANGEMENTS[0]), path))
     except SpecError:
         return []  # what else is wrong with a fact shows when it is computed
     rows = [
@@ -119,7 +117,7 @@ def _bound_faults(plan: CasePlan) -> Iterator[str]:
 
 
 def _kind_faults(plan: CasePlan) -> Iterator[str]:
-    kinds, mounts = [*body_kinds(), "static", *_prefab_arguments()], mount_kinds()
+    kinds, mounts = [*body_kinds(), "static", *prefab_arguments()], mount_kinds()
     for name, body in plan.bodies.items():
         if body.kind not in kinds:
             yield _unknown_word(f"/bodies/{name}/kind", body.kind, kinds, "static, a kind of body or a prefab")
@@ -130,7 +128,7 @@ def _kind_faults(plan: CasePlan) -> Iterator[str]:
 def _shape_faults(plan: CasePlan) -> Iterator[str]:
     """Faults of shapes and modes; a shape may be several words, such as `box and cylinders`."""
     shapes = shape_kinds()
-    known = {*shapes, *_prefab_arguments()}
+    known = {*shapes, *prefab_arguments()}
     for name, body in plan.bodies.items():
         words = re.findall(r"[a-z][a-z_]*", body.shape.lower())
         if body.shape and not known & {*words, *(word.removesuffix("s") for word in words)}:
@@ -168,94 +166,6 @@ def _word_faults(plan: CasePlan) -> Iterator[str]:
             yield f"{where}: `{name}` is not in `params`" + (f"; did you mean `{hint}`?" if hint else "")
 
 
-# --- stand-ins -----------------------------------------------------------------------------------------------------
-
-
-def _rehearsal_text(plan: CasePlan, checks: Fragments, variant: int, *, loose: bool = False) -> str:
-    """The plan as a case of stand-ins. With `loose`, no body has a joint, so that joint limits imply nothing."""
-    statics, bodies = {"ground": {"shape": {"kind": "plane"}}}, {}
-    for k, (name, body) in enumerate(plan.bodies.items()):
-        parts = _named_parts(checks, name)
-        data = _stand_in(body, parts, k, variant, loose)
-        (statics if body.kind == "static" else bodies)[name] = data
-    if not bodies:
-        bodies["stand_in"] = {"kind": "rigid", "shape": {"kind": "sphere", "radius": 0.1}}
-    actions = {part: getattr(checks, part) for part in ("measures", "events", "expect") if getattr(checks, part)}
-    document = {"text2sim": 2, "name": "rehearsal", "params": plan.params}
-    document |= {"scene": {"duration": plan.duration, "statics": statics}, "bodies": bodies, "actions": actions}
-    return format_text(json.dumps(document, ensure_ascii=False))
-
-
-def _stand_in(body: PlannedBody, parts: list[str], k: int, variant: int, loose: bool) -> Data:
-    size = (0.01, 0.4, 0.2)[variant]
-    step, y, z = ((50.0, 0.0, 40.0), (-7.0, -30.0, -40.0), (0.001, 0.0, 1.0))[variant]  # far, far, all in one place
-    place: Data = {"pose": {"pos": [step * (k + 1), y, z]}}
-    box = {"kind": "box", "size": [size, size, size]}
-    shape = {"kind": "compound", "parts": {part: {"shape": box} for part in parts}} if parts else box
-    if body.count > 1:
-        place["repeat"] = {"kind": "line", "count": body.count, "step": [3 * size, 0, 0]}
-    used = body.kind if body.kind not in body_kinds() else ""
-    if body.kind == "static":
-        if body.shape == "plane":
-            return {"shape": {"kind": "plane"}}
-        used = body.shape if body.shape in _prefab_arguments() and body.shape not in shape_kinds() else ""
-        if not used:
-            return {"shape": shape, **place}
-    if used:
-        return {"use": used, **_prefab_arguments()[used], **place}
-    if body.kind == "rigid":
-        mount = {"kind": body.mount or "free"}
-        if mount["kind"] in ("hinge", "slider"):
-            mount |= _joint(mount["kind"])
-        return {"kind": "rigid", "shape": shape, **place, **({} if loose else {"mount": mount})}
-    if body.kind == "articulated":
-        joint = {"kind": "hinge", **_joint("hinge")}
-        links: Data = {"root_of_it": {"shape": box}}
-        links |= {part: {"parent": "root_of_it", "shape": box, "joint": joint} for part in parts}
-        return {"kind": "articulated", "links": links, **place, **({"base": "free"} if loose else {})}
-    return {**_example(body.kind), **place}
-
-
-def _joint(kind: str) -> Data:
-    reach = {"range_deg": [-170, 170]} if kind == "hinge" else {"range": [-10, 10]}
-    return {"axis": "z", **reach, "actuator": {"stiffness": 10, "damping": 1}}
-
-
-@cache
-def _example(kind: str) -> Data:
-    """The body in the reference's example of a kind, without its placement."""
-    from text2sim.spec_schema.published.language_reference import load_examples
-    from text2sim.spec_schema.text.document import parse_document
-
-    body = next(iter(parse_document(Source(load_examples()["bodies"][kind], "example")).data.values()))
-    return {key: value for key, value in body.items() if key not in Placed.model_fields}
-
-
-@cache
-def _prefab_arguments() -> dict[str, Data]:
-    """Required arguments of each prefab."""
-    from text2sim.spec_schema.reuse.catalogue import examples
-    from text2sim.spec_schema.text.document import parse_document
-
-    found: dict[str, Data] = {}
-    for name, example in examples().items():
-        data = parse_document(Source(example, "example")).data
-        uses = [*(data.get("bodies") or {}).values(), *((data.get("scene") or {}).get("statics") or {}).values()]
-        found[name] = next(({"with": row["with"]} for row in uses if row.get("use") == name and "with" in row), {})
-    return found
-
-
-def _named_parts(checks: Fragments, body: str) -> list[str]:
-    """Links, joints and parts of a body that the checks name and its Writer will define."""
-    words = [*strings_in(checks.measures), *strings_in(checks.events)]
-    found = [match for word in words if (match := _PART.fullmatch(word)) is not None and match[1] == body]
-    parts = dict.fromkeys(match[2] for match in found if "*" not in match[2])
-    for match in found:
-        if not named_by(match[2], parts):  # a pattern needs at least one part that it matches
-            parts[match[2].replace("*", "a")] = None
-    return list(parts)
-
-
 # --- findings that follow from definitions -------------------------------------------------------------------------
 
 
@@ -264,9 +174,22 @@ def _definition_faults(plan: CasePlan, path: Path) -> list[str]:
     if sum(body.count for body in plan.bodies.values()) > MAX_BODIES:
         return []
     checks = _without_joints(plan.checks)
-    first, *others = (_lint_findings(_rehearsal_text(plan, checks, variant, loose=True), path) for variant in range(3))
+    arrangements = (*ARRANGEMENTS, *_in_regions(checks))
+    first, *others = (_lint_findings(rehearsal_text(plan, checks, one, loose=True), path) for one in arrangements)
     confirmed = set.intersection(*({(problem.path, problem.rule) for problem in found} for found in others))
     return list(_in_terms_of_plan(problem for problem in first if (problem.path, problem.rule) in confirmed))
+
+
+def _in_regions(checks: Fragments) -> list[Arrangement]:
+    """Return arrangements of small bodies in the middles of the regions of measures, as far as these are numbers."""
+    regions = [row["region"] for row in checks.measures.values() if isinstance(row.get("region"), dict)]
+    middles = [region.get("center") for region in regions if region.get("frame") is None]
+    known = dict.fromkeys(
+        (middle[0], middle[1], middle[2])
+        for middle in middles
+        if isinstance(middle, list) and len(middle) == 3 and all(isinstance(x, int | float) for x in middle)
+    )
+    return [Arrangement(0.001, middle, 0.0) for middle in known][:MAX_REGIONS]
 
 
 def _lint_findings(text: str, path: Path) -> list[Problem]:
