@@ -98,8 +98,7 @@ class Render(Model):
     `yard`: trodden earth; `meadow`: grass; both with a wood far off, and sun. If neither light nor backdrop is given,
     it is by default derived from the case; then a ground with a given colour or finish keeps it."""
     supports: Literal["posts", "none"] = "posts"
-    """`posts`: what floats and never moves gets thin posts down to the floor, where nothing moves past; a driven body
-    that is next to nothing gets a rod that moves with it. Path traced only."""
+    """`posts`: what floats gets thin posts where nothing moves past, or, if it is driven, a rod. Path traced only."""
     lighting: Literal["studio", "daylight", "sunlight", "overcast", "golden_hour", "dark_stage"] = "studio"
     """Preset of lights, backdrop and background, each of which can be overridden below. `studio`: a large soft lamp
     beside the camera, a cool rim light and little else, on a seamless grey cyclorama. `daylight`: a window beside the

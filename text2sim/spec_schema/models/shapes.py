@@ -317,7 +317,7 @@ class Compound(Model):
 
     kind: Literal["compound"]
     parts: dict[Name, Part] = Field(min_length=1, max_length=200)
-    """Pieces by name, with their copies 200 at most."""
+    """Pieces by name; 200 with copies."""
 
     @model_validator(mode="after")
     def _solid(self) -> "Compound":

@@ -36,7 +36,7 @@ ONLY_WITH = {
 
 
 class Soft(Deformable):
-    """A deformable solid: rubber, jelly, clay; or cream, foam, paste, with `yield_stress`, `viscosity`, `adhesion`.
+    """A deformable solid: rubber, jelly, clay; or cream, foam, paste, by `yield_stress` and `adhesion`.
 
     Ends that are attached to driven bodies, of which one spins, twist it until its folds press on each other. With
     mpm, edges that get more than about twice as long tear: two turns take a mat five times as long as wide.
