@@ -136,9 +136,9 @@ class Tube(Model):
 
 
 class Cup(Model):
-    """A tube with a floor, open at the top, made of convex pieces; its frame is at half its height.
+    """A tube with a floor, open at the top, made of convex pieces.
 
-    A round bowl is a `sculpt`.
+    Its frame is at half its height. A round bowl is a `sculpt`.
     """
 
     kind: Literal["cup"]
