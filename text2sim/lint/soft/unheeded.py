@@ -87,10 +87,11 @@ def _ignored(facts: Facts) -> Iterator[Problem]:
             )
             yield facts.problem("unheeded-stuff", facts.where(name, "material", "crease_radius"), text)
     for name, solver in {body.body: body.solver for body in soft.of("fem", "ipc")}.items():
-        where = facts.where(name, "material", "tear_stretch")
-        if facts.value_at(where) is not None:
-            text = f"`{name}` has solver {solver}, in which nothing tears: tear_stretch is ignored; use `solver: mpm`"
-            yield facts.problem("unheeded-stuff", where, text, key=True)
+        for key, what in (("tear_stretch", "tears"), ("adhesion", "sticks")):
+            where = facts.where(name, "material", key)
+            if facts.value_at(where):
+                text = f"`{name}` has solver {solver}, in which nothing {what}: {key} is ignored; use `solver: mpm`"
+                yield facts.problem("unheeded-stuff", where, text, key=True)
     if soft.model in REPLACING_CONTACT_MODELS and not soft.bodies:
         text = (
             f"contact model {soft.model} is for scenes with deformable bodies; the bodies here touch as under `rigid`"
