@@ -70,6 +70,8 @@ def hangers(recording: FilmRecord, driven: list[str], level: float, views: list[
     pos, quat = (np.array(rows) for rows in zip(*(states.poses(t) for t in times), strict=True))
     still = list(solids(recording, recording.bodies, fixed=True).values())
     in_sight = sights(views)
+    boxes = states.boxes([name for name in recording.bodies if name not in recording.statics])
+    placed = [states.placed(boxes, t) for t in times]
     rods: list[tuple[int, RenderMesh]] = []
     held: list[tuple[StaticBody, Array]] = []
     for body, thing in sorted(bodies.items(), key=lambda row: (-row[1].size, row[0])):
@@ -80,9 +82,8 @@ def hangers(recording: FilmRecord, driven: list[str], level: float, views: list[
         if all(_beside(thing, way, still) for way in ways) or any(_goes_along(thing, ways, *other) for other in held):
             held.append((thing, ways))
             continue
-        others = [name for name in recording.bodies if name not in recording.statics and name != body]
-        boxes = states.boxes(others)
-        moving = [states.placed(boxes, t) for t in times] if boxes.names else []
+        others = np.array([name != body for name in boxes.names], bool)
+        moving = [tuple(rows[others] for rows in moment) for moment in placed]
         for along in _steady_directions(turns):
             if (rod := _rod(along, thing, ways, still, moving, in_sight)) is not None:
                 held.append((thing, ways))

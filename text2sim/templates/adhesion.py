@@ -4,6 +4,7 @@ Genesis 1.4.5 lets mpm bodies slide on a wall with friction, and leave it freely
 """
 
 import genesis as gs
+import numpy as np
 import quadrants as qd
 from genesis.engine.solvers.rigid.abd.forward_dynamics import func_vel_at_point
 from genesis.engine.solvers.rigid.abd.misc import func_apply_coupling_force
@@ -21,47 +22,30 @@ def add_adhesion(bodies, strengths):
     sim = bodies[next(iter(strengths))].sim
     mpm, rigid, coupler = sim.mpm_solver, sim.rigid_solver, sim.coupler
     state, facts, collider = rigid.dyn_state, rigid.dyn_info, rigid.collider
-    rows = [(bodies[name].particle_start, bodies[name].particle_end, stress) for name, stress in strengths.items()]
-    sticky = qd.field(gs.qd_float, shape=tuple(mpm.grid_res))
+    own, sticky = qd.field(gs.qd_float, shape=mpm.n_particles), qd.field(gs.qd_float, shape=tuple(mpm.grid_res))
+    stress = np.zeros(mpm.n_particles)
+    for name, strength in strengths.items():
+        stress[bodies[name].particle_start : bodies[name].particle_end] = strength
+    own.from_numpy(stress)
     grid_step, corner = coupler.mpm_grid_op, [int(x) for x in mpm.grid_offset]
 
     def step(f, *args, **options):
         grid_step(f, *args, **options)
-        for start, end, stress in rows:
-            _mark(mpm.particles, mpm.particles_ng, sticky, f, start, end, stress, *corner, mpm.inv_dx)
         _hold(
-            mpm.grid, sticky, f, *corner, mpm.dx, mpm.substep_dt, 1 / mpm.particle_volume_scale, state.geoms,
-            facts.geoms, state.links, collider.sdf.sdf_info, rigid.rigid_info, collider.collider_config,
+            mpm.particles, mpm.particles_ng, mpm.grid, own, sticky, f, *corner, mpm.dx, mpm.substep_dt,
+            1 / mpm.particle_volume_scale, state.geoms, facts.geoms, state.links, collider.sdf.sdf_info,
+            rigid.rigid_info, collider.collider_config,
         )  # fmt: skip
 
     coupler.mpm_grid_op = step
 
 
 @qd.kernel
-def _mark(
+def _hold(
     particles: qd.template(),
     flags: qd.template(),
-    sticky: qd.template(),
-    f: qd.i32,
-    first: qd.i32,
-    last: qd.i32,
-    stress: qd.f32,
-    x: qd.i32,
-    y: qd.i32,
-    z: qd.i32,
-    inv_dx: qd.f32,
-):
-    """Note the traction at all nodes that share in the mass of a particle."""
-    for i in range(first, last):
-        if flags[f, i, 0].active:
-            base = qd.floor(particles[f, i, 0].pos * inv_dx - 0.5).cast(gs.qd_int) - qd.Vector([x, y, z])
-            for offset in qd.static(qd.grouped(qd.ndrange(3, 3, 3))):
-                sticky[base + offset] = stress
-
-
-@qd.kernel
-def _hold(
     grid: qd.template(),
+    own: qd.template(),
     sticky: qd.template(),
     f: qd.i32,
     x: qd.i32,
@@ -79,10 +63,19 @@ def _hold(
 ):
     """Stop the nodes within half a cell of a surface, as far as the traction on the face of a cell can.
 
-    For each such face of the surface there is one of them. Motion towards the surface is left to contact.
+    For each such face of the surface there is one of them. Motion towards the surface is left to contact. The
+    traction at a node is that of a particle that shares its mass with it.
     """
+    for i in range(own.shape[0]):
+        if own[i] > 0.0 and flags[f, i, 0].active:
+            base = qd.floor(particles[f, i, 0].pos / dx - 0.5).cast(gs.qd_int) - qd.Vector([x, y, z])
+            for offset in qd.static(qd.grouped(qd.ndrange(3, 3, 3))):
+                sticky[base + offset] = own[i]
     for ii, jj, kk in qd.ndrange(*grid.shape[1:4]):
-        if sticky[ii, jj, kk] > 0.0 and grid[f, ii, jj, kk, 0].mass > gs.EPS:
+        stress = sticky[ii, jj, kk]
+        if stress > 0.0:
+            sticky[ii, jj, kk] = 0.0
+        if stress > 0.0 and grid[f, ii, jj, kk, 0].mass > gs.EPS:
             pos = qd.Vector([ii + x, jj + y, kk + z]) * dx
             for g in range(geoms_info.needs_coup.shape[0]):
                 if geoms_info.needs_coup[g]:
@@ -96,7 +89,6 @@ def _hold(
                         speed = slip.norm()
                         if speed > 0.0:
                             mass = grid[f, ii, jj, kk, 0].mass * scale
-                            blow = qd.min(mass * speed, sticky[ii, jj, kk] * dx * dx * h)
+                            blow = qd.min(mass * speed, stress * dx * dx * h)
                             grid[f, ii, jj, kk, 0].vel_out -= blow / mass / speed * slip
                             func_apply_coupling_force(link, 0, pos, blow / h / speed * slip, links_state)
-        sticky[ii, jj, kk] = 0.0
