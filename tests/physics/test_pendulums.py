@@ -165,3 +165,40 @@ actions: {controls: {blow: {kind: impulse, body: ball, impulse: [0, 0.8, 0], at:
     turning = np.linalg.norm(trial.ang("ball"), axis=1).max() * dt
     agree("ball on a string: L_z from the blow [kg m2/s]", about[1], reach * 0.8, within=turning * reach * 0.8)
     agree("ball on a string: change of L_z / L_z", about[1:] / about[1], 1.0, within=turning)
+
+
+HUNG = """
+scene:
+  duration: 4.0
+  dt: 0.002
+  substeps: 1
+  record: {rate: 500}
+  statics: {beam: {shape: {kind: box, size: [1, 0.1, 0.1]}, pose: {pos: [0, 0, 1.25]}}}
+bodies:
+  rod:
+    kind: rigid
+    shape: {kind: box, size: [0.05, 0.03, 0.6]}
+    pose: {pos: ["${-0.2 * sin(0.5)}", 0, "${1 - 0.2 * cos(0.5)}"], euler_deg: [0, "${degrees(0.5)}", 0]}
+actions:
+  controls:
+    hang: {kind: attach, body: rod, to: beam, pivot: [0, 0, 0.2]}
+    drop: {kind: release, attach: hang, at: 3.0}
+"""
+
+
+def test_a_body_attached_by_a_pivot_is_a_compound_pendulum_until_it_is_released(simulate, agree):
+    """T = 4 sqrt(I / (m g d)) K(sin^2(a / 2)), as on a hinge; then free fall.
+
+    A weld is a spring with a time constant of two steps, 2 h: the period is too long by less than (w 2 h)^2 of it, and
+    the pivot gives way by less than twice the weight's g (2 h)^2. A release keeps the velocity.
+    """
+    trial, dt = simulate(HUNG), 0.002
+    natural = np.sqrt(G * ARM / TURN_PER_MASS)
+    held, up = trial.time < 3.0, trial.turn("rod")[:, :, 2]
+    passes = crossings(trial.time[held], -up[held, 0])
+    theory = 4 / natural * ellipk(np.sin(0.25) ** 2)
+    agree("hung on a pivot: period [s]", np.diff(passes).mean(), theory, within=(natural * 2 * dt) ** 2 * theory)
+    pivot = trial.pos("rod") + ARM * up
+    agree("hung on a pivot: its place [m]", pivot[held], [0.0, 0.0, 1.0], within=2 * G * (2 * dt) ** 2)
+    fall = np.polyfit(trial.time[~held][5:], trial.pos("rod")[~held][5:, 2], 2)
+    agree("released: acceleration [m/s2]", 2 * fall[0], -G, within=1e-3 * G)

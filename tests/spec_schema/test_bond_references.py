@@ -77,7 +77,7 @@ def test_a_slender_rod_is_bonded_at_its_ends_although_rounding_leaves_a_gap():
 
 
 def test_what_is_bonded_cannot_be_attached_too():
-    with pytest.raises(SpecError, match=r"`rod\[0\]` and `rod\[1\]` are bonded already"):
+    with pytest.raises(SpecError, match=r"`rod\[0\]` and `rod\[1\]` are joined by a `bond` already"):
         resolve_case(rods(', hold: {kind: attach, body: "rod[0]", to: "rod[1]", at: 1}'))
 
 

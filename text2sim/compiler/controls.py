@@ -120,7 +120,7 @@ def lower_controls(
             attach = loaded.case.actions.controls[control.attach]
             assert isinstance(attach, Attach)
             if not is_soft(copies[body_of(attach.body)][0].model):
-                rows.welds += [_weld(a, b, attach, control, line, name) for a, b in _pairs(attach, copies)]
+                rows.welds += [_weld(a, b, attach, control, line, name, points) for a, b in _pairs(attach, copies)]
             continue
         if isinstance(control, Bond):
             _bond(loaded, control, copies, rows, name)
@@ -153,12 +153,7 @@ def lower_controls(
             rows.problems.append(loaded.problem(where, str(error), rule="out-of-reach"))
     rows.drives += joint_drives(rows.targets, rows.later, initial)
     rows.welds.sort(key=lambda weld: (weld.at, weld.on))
-    bonded = {frozenset((bond.a, bond.b)) for bond in rows.bonds}
-    for weld in rows.welds:
-        if weld.on and frozenset((weld.a, weld.b)) in bonded:  # the engine has one weld for two links
-            text = f"`{weld.a}` and `{weld.b}` are bonded already; only what no `bond` joins can be attached"
-            rows.problems.append(loaded.problem(("actions", "controls", weld.control), text, rule="no-bond"))
-            break
+    rows.problems += _held_twice(loaded, rows)
     return rows
 
 
@@ -224,7 +219,7 @@ def _lower(
     elif isinstance(control, Attach):
         for a, b in _pairs(control, copies):
             if a is copy:
-                rows.welds.append(_weld(a, b, control, control, line, name))
+                rows.welds.append(_weld(a, b, control, control, line, name, points))
     elif isinstance(control, Drive):
         joints = joints_named(copy, part, points.trees)
         add_drive(control, copy, joints, line, name, rows.targets, rows.later, rows.later_targets)
@@ -273,12 +268,35 @@ def _pairs(attach: Attach, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Co
     return list(zip(a, b, strict=True))
 
 
-def _weld(a: Copy, b: Copy, attach: Attach, when: Attach | Release, line: int, name: str) -> Weld:
+def _weld(a: Copy, b: Copy, attach: Attach, when: Attach | Release, line: int, name: str, points: BodyPoints) -> Weld:
     event = when.on if isinstance(when, Release) else None
     own, to = parse_selector(attach.body), parse_selector(attach.to)
     part = to.part if to.body == b.body else None
     at = NEVER_REACHED if when.at is None else when.at
-    return Weld(at, when is attach, a.name, own.part, b.name, part, line, name, event)
+    pivot = points.on_link(a, own.part, attach.pivot) if when is attach else None
+    return Weld(at, when is attach, a.name, own.part, b.name, part, line, name, event, pivot)
+
+
+def _held_twice(loaded: LoadedCase, rows: ControlRows) -> list[Problem]:
+    """Report attachments of links that are joined already, each for one pair: the engine has one weld for two links.
+
+    What an event may have released by then is not counted.
+    """
+    found: dict[str, Problem] = {}
+    holder = {frozenset(((bond.a, None), (bond.b, None))): "" for bond in rows.bonds}
+    for weld in rows.welds:
+        pair = frozenset(((weld.a, weld.a_link), (weld.b, weld.b_link)))
+        if not weld.on:
+            holder.pop(pair, None)
+            continue
+        if pair in holder:
+            by = f"by `{holder[pair]}` already; a hinge is a `mount`" if holder[pair] else "by a `bond` already"
+            text = f"`{weld.a}` and `{weld.b}` are joined {by}: the engine joins two links only once"
+            where = ("actions", "controls", weld.control)
+            found.setdefault(weld.control, loaded.problem(where, text, rule="held-twice"))
+        if not any(row.event is not None and pair == {(row.a, row.a_link), (row.b, row.b_link)} for row in rows.welds):
+            holder[pair] = weld.control
+    return list(found.values())
 
 
 def lower_motions(copies: dict[str, list[Copy]]) -> list[Prescribed]:

@@ -171,6 +171,8 @@ class Weld:
     control: str
     event: str | None = None
     """The event whose first time undoes it, instead of `at`; None if there is none."""
+    pivot: Vec | None = None
+    """Point [m] in the frame of the first link about which the links turn freely; None for a rigid weld."""
 
 
 @dataclass(frozen=True)

@@ -163,10 +163,10 @@ class Reach(Acting):
 class Attach(Acting):
     """An attachment of two bodies from a time on; they keep their relative pose of that time.
 
-    Between rigid bodies it is a weld, and the two links do not collide while it lasts; other links of the two bodies
-    do. Soft bodies and cloth are attached by points: pins, hooks, clamps. Cloth (pbd) pulls its holder, unless that is
-    driven or has a motor: a parachute, a sling, a sail. A soft body does not: its holder moves its points without a
-    reaction force.
+    Between rigid bodies it is a weld, or a ball joint about a `pivot`, and the two links do not collide while it lasts;
+    other links of the two bodies do. Soft bodies and cloth are attached by points: pins, hooks, clamps. Cloth (pbd)
+    pulls its holder, unless that is driven or has a motor: a parachute, a sling, a sail. A soft body does not: its
+    holder moves its points without a reaction force.
     """
 
     kind: Literal["attach"]
@@ -180,6 +180,9 @@ class Attach(Acting):
     to: Selector
     """The holder: a body or static, or one link, or `world`, which holds the body at its position of that time. Copies
     pair one to one, or all with the one; several copies hold one deformable body together."""
+    pivot: Vec3 | BodyRegion | None = None
+    """Between rigid bodies: the point [m] or region of `body`, in its frame, about which it swings and turns without
+    friction, as on a hook or a knot, instead of a weld."""
     stiffness: Positive | None = None
     """For mpm and fem bodies: total stiffness [N/m] of springs that hold the points, instead of a rigid attachment. A
     rigid attachment is exact for fem and pbd; mpm particles lag behind their holder by four substeps."""

@@ -82,10 +82,16 @@ def check_attach_kind(table: NameTable, where: Path, control: Attach, body: Memb
             message = f"a deformable body cannot be the holder; attach `{target.text}` to `{body.text}` instead"
             table.report((*where, "to"), message, "soft-holder")
             return False
-        if target is None and not table.statics:
+        if target is None and control.pivot is not None:
+            message = "a pivot needs something to hold it, not the world: attach to a static, such as a hook or a beam"
+            table.report((*where, "pivot"), message, "no-pivot", key=True)
+        elif target is None and not table.statics:
             message = "a weld to the world needs a static, and the scene has none"
             table.report((*where, "to"), message, "no-world")
         return target is not None
+    if control.pivot is not None:
+        message = f"pivot is for rigid bodies, and `{body.name}` deforms: it turns freely about a small `region`"
+        table.report((*where, "pivot"), message, "no-pivot", key=True)
     if body.model.kind not in HELD:
         message = f"`{body.name}` ({body.model.kind}) cannot be attached: only soft bodies and cloth can"
         table.report((*where, "body"), message, "not-held")
