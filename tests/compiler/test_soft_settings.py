@@ -229,6 +229,27 @@ def test_a_run_stops_at_what_the_scene_cannot_give() -> None:
     assert rigid.plan.max_speed == 1000
 
 
+def test_what_soft_bodies_do_not_touch_needs_no_room() -> None:
+    wall = "wall: {shape: {kind: box, size: [3, 0.1, 2]}, pose: {pos: [0, 0.2, 0]}%s}"
+    near, far, alone = (
+        mpm(resolve(f"  a: {CUBE}}}", f"statics: {{floor: {{shape: {{kind: plane}}}}{also}}}"))
+        for also in (", " + wall % "", ", " + wall % ", material: {touch_soft: false}", "")
+    )
+    assert (far.low, far.high) == (alone.low, alone.high)
+    assert near.high[0] > alone.high[0]
+
+
+def test_honey_spreads_as_a_viscous_current_and_water_as_a_splash() -> None:
+    """Huppert (1982): R = 0.894 (g V^3 / (3 nu))^(1/8) t^(1/8); half as much again is spare. Water has more room."""
+    drop = "{kind: liquid, shape: {kind: box, size: [0.06, 0.06, 0.06]}, pose: {pos: [0, 0, 0.2]}, material: {viscosity: %s}}"
+    honey, water = (mpm(resolve(f"  a: {drop % viscosity}")) for viscosity in (10, 0))
+    nu = 10 / 1000
+    radius = 0.894 * (9.81 * 0.06**9 / (3 * nu)) ** 0.125
+    margin = 4 * honey.cell
+    assert honey.high[0] == pytest.approx(0.03 + 1.5 * radius + margin, abs=honey.cell)
+    assert water.high[0] == pytest.approx(0.03 + 1.5 * (0.06 + 0.17) + margin, abs=water.cell)
+
+
 def test_bounds_can_be_said() -> None:
     case = resolve(f"  a: {CUBE}}}", f"mpm: {{bounds: {{min: [-1, -1, -0.1], max: [1, 1, 1]}}}}, {FLOOR}")
     assert mpm(case).low == (-1.0, -1.0, -0.1)

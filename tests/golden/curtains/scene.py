@@ -34,8 +34,8 @@ def make_scene(vis_options=None):
         pbd_options=gs.options.PBDOptions(
             particle_size=0.025,  # the smallest cell of its bodies
             # where its bodies can come to; its sides are walls
-            lower_bound=(-5.225, -0.525, -0.1),
-            upper_bound=(5.225, 0.525, 2.975),
+            lower_bound=(-2.7, -0.95, -0.1),
+            upper_bound=(2.7, 0.95, 2.925),
             hash_grid_res=(1.0, 1.0, 1.0),  # it repeats: clearing one of the whole space takes longer than the cloth
             max_stretch_solver_iterations=4,  # its own weight then stretches a cloth that hangs by 0.4%
             max_bending_solver_iterations=1,  # as the engine has it

@@ -11,7 +11,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, apart, around, grown, moved, swept
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.rotation import Z_AXIS, Vec, quat_rotate, vector_unit
-from text2sim.compiler.soft.solvers import is_soft
+from text2sim.compiler.soft.solvers import is_soft, touches_soft
 from text2sim.compiler.soft.travel import MAX_FOLLOWED_DISTANCE, Travel
 from text2sim.compiler.trees.link_trees import tree_extents
 from text2sim.spec_schema.models.bodies import HingeMount
@@ -21,6 +21,11 @@ from text2sim.spec_schema.models.soft_bodies import FLOWING
 
 FLUID_SPREAD = 1.5
 """How far a liquid spreads on the floor, over the height that it falls from."""
+CREEPING, CURRENT = 100.0, 0.894
+"""Reynolds number of its fall below which a liquid creeps instead of splashing, and the factor of the radius of its
+current, see `_current`."""
+SPARE = 1.5
+"""Factor on that radius: what is poured heaps up first, and runs down what stands there."""
 RUNOUT_FLAT, RUNOUT_TALL, RUNOUT_IMPACT = 1.24, 1.6, 0.25
 """How far a column of sand runs out when released: over its height if that is less than 1.7 radii, over the root of
 height times radius if more (Lube et al. 2004, J. Fluid Mech. 508); and over the height of its fall."""
@@ -32,7 +37,7 @@ MIN_UPRIGHT_COSINE = 1.0 - 1e-6
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What stands around deformable bodies."""
+    """What stands around deformable bodies, and touches them."""
 
     solids: tuple[Bounds, ...]
     """Bounds [m] of statics and bodies of links, in the world, with the space through which motors move them."""
@@ -65,7 +70,7 @@ def floor_height(copy: Copy) -> float | None:
 
 
 def find_surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Path) -> Surroundings:
-    """Return what stands around deformable bodies.
+    """Return what stands around deformable bodies, without what they do not touch.
 
     Args:
         placed: Copies by static and body.
@@ -78,7 +83,7 @@ def find_surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Pat
     solids, floors, carried, tilting = [], [], [], []
     for copies in placed.values():
         for copy in copies:
-            if is_soft(copy.model):
+            if is_soft(copy.model) or not touches_soft(copy.model):
                 continue
             if copy.shape is not None and copy.shape.kind == "plane":
                 height = floor_height(copy)
@@ -124,9 +129,8 @@ def domain_box(
     """
     boxes = [extents_of(copy, folder) for copy in copies]
     own = [swept(box, travel.holds.get(copy.name, NOWHERE)) for copy, box in zip(copies, boxes, strict=True)]
-    reach = max(
-        _sideways_reach(c, box, _fall(*box, surroundings, scene)[2]) for c, box in zip(copies, boxes, strict=True)
-    )
+    falls = [_fall(*box, surroundings, scene)[2] for box in boxes]
+    reach = max(_sideways_reach(c, box, fall, scene) for c, box, fall in zip(copies, boxes, falls, strict=True))
     length = max(max(b - a for a, b in zip(*box, strict=True)) for box in boxes)
     for part in (1.0, 0.5, 0.25):
         box = _domain_box(copies, own, surroundings, scene, travel, margin, length, part * reach)
@@ -226,20 +230,34 @@ def _limit_length(displacement: Vec, farthest: float) -> Vec:
     return displacement[0] * part, displacement[1] * part, displacement[2] * part
 
 
-def _sideways_reach(copy: Copy, box: Bounds, fall: float) -> float:
+def _sideways_reach(copy: Copy, box: Bounds, fall: float, scene: Scene) -> float:
     """Return how far [m] a falling body gets sideways: it swings out, bounces, rolls or runs."""
     kind = copy.model.kind
     x, y, tall = (b - a for a, b in zip(*box, strict=True))
     if isinstance(copy.shape, Stream):  # what it makes is as wide as all of it as a cube
         x = y = tall = max(tall, copy.shape.volume ** (1 / 3))
     if kind == "liquid":
-        return FLUID_SPREAD * (tall + abs(fall))
+        spread = FLUID_SPREAD * (tall + abs(fall))
+        gravity, viscosity = hypot(*scene.gravity), copy.model.material.viscosity / copy.model.material.density
+        if gravity == 0.0 or sqrt(2 * gravity * (tall + abs(fall))) * tall > CREEPING * viscosity:
+            return spread
+        return min(spread, SPARE * _current(x * y * tall, viscosity, gravity, scene.duration))
     if kind in ("granular", "snow"):
         radius = max(x, y) / 2
         runout = RUNOUT_FLAT * tall if tall < 1.7 * radius else RUNOUT_TALL * sqrt(tall * radius)
         return runout + RUNOUT_IMPACT * abs(fall)
     # A cloth swings out to half its length.
     return max(x, y, tall) / 2 + 0.5 * (tall + abs(fall))
+
+
+def _current(volume: float, viscosity: float, gravity: float, time: float) -> float:
+    """Return the radius [m] that a volume [m3] of a viscous liquid has spread to on a floor after a time [s].
+
+    Huppert (1982), "The propagation of two-dimensional and axisymmetric viscous gravity currents over a rigid
+    horizontal surface", J. Fluid Mech. 121: R = 0.894 (g V^3 / (3 nu))^(1/8) t^(1/8), with the kinematic viscosity nu
+    [m2/s].
+    """
+    return CURRENT * (gravity * volume**3 / (3 * viscosity) * time) ** 0.125
 
 
 def _domain_box(

@@ -17,6 +17,11 @@ def is_soft(body: Any) -> bool:
     return isinstance(body, Deformable)
 
 
+def touches_soft(model: Any) -> bool:
+    """Return whether deformable bodies feel a rigid one."""
+    return getattr(getattr(model, "material", None), "touch_soft", True)
+
+
 def unfelt_links(body: Any) -> frozenset[str]:
     """Return the links of a body that deformable bodies do not feel, though they feel others."""
     links = getattr(body, "links", None)

@@ -10,7 +10,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.softmesh import solid_volume
 from text2sim.compiler.soft.scales import PARTICLE_CELLS, Scales, scales, sheet_size, thickness
-from text2sim.compiler.soft.solvers import contact_model, is_soft, solver_of
+from text2sim.compiler.soft.solvers import contact_model, is_soft, solver_of, touches_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.whereabouts import Whereabouts
 from text2sim.lint.parts import Ground, lowest_of
@@ -144,8 +144,3 @@ class SoftFacts:
             for copy in self.rigid:
                 if self.facts.once(Whereabouts).meet(body.copy, copy):
                     yield body, copy
-
-
-def touches_soft(model: Any) -> bool:
-    """Return whether deformable bodies feel a rigid one."""
-    return getattr(getattr(model, "material", None), "touch_soft", True)

@@ -6,10 +6,10 @@ from itertools import combinations, islice
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.sagging import SHEET_THICKNESS
-from text2sim.compiler.soft.solvers import is_soft
+from text2sim.compiler.soft.solvers import is_soft, touches_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
-from text2sim.lint.soft.facts import SoftFacts, touches_soft
+from text2sim.lint.soft.facts import SoftFacts
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.start.escape import overlapping
 from text2sim.lint.words import length, more_copies

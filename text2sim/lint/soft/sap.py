@@ -2,9 +2,10 @@
 
 from collections.abc import Iterator
 
+from text2sim.compiler.soft.solvers import touches_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.soft.facts import SoftFacts, touches_soft
+from text2sim.lint.soft.facts import SoftFacts
 from text2sim.lint.start.escape import Effort, overlap_of, overlapping
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
