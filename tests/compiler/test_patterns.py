@@ -68,6 +68,8 @@ class TestPatterns:
         assert np.dot(quat_rotate(slots[20].turn, (0, 1, 0)), chord) > 0.999
         inward = pattern_slots(spiral.model_copy(update={"outward": False}))
         assert [s.offset for s in inward] == [s.offset for s in slots[::-1]]
+        turned = pattern_slots(spiral.model_copy(update={"start_deg": 90.0}))
+        np.testing.assert_allclose([s.offset for s in turned], found @ [[0, 1, 0], [-1, 0, 0], [0, 0, 1]], atol=1e-12)
 
 
 class TestRunningBond:

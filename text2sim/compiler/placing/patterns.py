@@ -127,7 +127,7 @@ def _spiral_slots(spiral: Spiral) -> list[PatternSlot]:
             r += step
             if abs(step) < 1e-12 * r:
                 break
-        angle = (r - spiral.inner_radius) / b
+        angle = math.radians(spiral.start_deg) + (r - spiral.inner_radius) / b
         # The curve leaves the circle outwards by atan(b / r): dominoes follow it exactly.
         slots.append(
             PatternSlot((r * math.cos(angle), r * math.sin(angle), 0.0), quat_from_yaw(angle - math.atan2(b, r)))

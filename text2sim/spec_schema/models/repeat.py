@@ -72,6 +72,8 @@ class Spiral(Model):
     """Distance [m] between neighbours along the curve."""
     pitch: Length
     """Growth [m] of the radius per turn."""
+    start_deg: Real = 0.0
+    """Angle [deg] of its inner end from +x."""
     outward: Bool = True
     """False puts the first copy at the outer end."""
 
