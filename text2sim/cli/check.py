@@ -107,9 +107,11 @@ def say_rule(name: str, as_json: bool) -> int:
     rule = find_rule(name)
     if rule is None:
         hint = nearest(name, [rule.id for rule in RULES])
-        end = f"; did you mean `{hint}`?" if hint else "; --rules lists them"
-        aside = " (--settings says which settings were derived)" if "/" in name or "." in name else ""
-        say(f"there is no rule `{name}`{end}{aside}", to=sys.stderr)
+        end = f"; did you mean `{hint}`?" if hint else ""
+        aside = "other tags are those of errors, whose messages say it all"
+        if "/" in name or "." in name:
+            aside = "--settings says which settings were derived"
+        say(f"the lint has no rule `{name}`{end} (--rules lists them; {aside})", to=sys.stderr)
         return exits.INPUT
     if as_json:
         say_json(_plain(rule))
