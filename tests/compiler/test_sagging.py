@@ -31,6 +31,25 @@ def test_a_sheet_that_sags_is_as_long_as_ever(sag):
     assert high == pytest.approx(net.vertices.max(axis=0), abs=0.03)
 
 
+def test_gathered_ends_leave_lines_as_long_and_the_middle_as_wide():
+    """Lines along it swing out about their chords, and a width of 0.9 m lies along the middle; sides stand higher."""
+    sheet = Sheet(kind="sheet", size=(2.2, 0.9), sag=0.5, ends=0.2)
+    net = soft_surface(sheet, Path(), 0.05)
+    rows = net.vertices.reshape(19, 45, 3)
+    assert np.linalg.norm(np.diff(rows, axis=1), axis=2).sum(axis=1) == pytest.approx(2.2, rel=1e-3)
+    middle = rows[:, 22]
+    across = np.linalg.norm(np.diff(middle, axis=0), axis=1)
+    assert across == pytest.approx(0.05, rel=0.02)
+    assert middle[9] == pytest.approx((0, 0, -0.5), abs=1e-9)
+    chord = rows[0, 0, 1]
+    assert chord == pytest.approx(-0.1)
+    assert np.hypot(middle[0, 1] - chord, middle[0, 2]) == pytest.approx(0.5)
+    assert middle[0, 2] > -0.42
+    low, high = extents(sheet, IDENTITY, Path())
+    assert low == pytest.approx(net.vertices.min(axis=0), abs=0.01)
+    assert high == pytest.approx(net.vertices.max(axis=0), abs=0.01)
+
+
 def test_a_sheet_hangs_no_deeper_than_it_is_long():
     text = "scene: {duration: 1, dt: 0.01}\nbodies: {s: {kind: cloth, shape: {kind: sheet, size: [1, 1], sag: 0.5}}}\n"
     with pytest.raises(Exception, match="sag may be at most 0.45 of the length, 0.45 m"):
@@ -98,6 +117,8 @@ def test_an_edge_of_a_sheet_over_a_bar_is_its_hem(region, wanted):
         ("sag: 0.1, folds: 4", "give at most one of sag, over, folds"),
         ("over: 0.5, over_at: 0.4", "the shorter side must reach around the fold"),
         ("over: 0.05, over_at: 1", "less than 1"),
+        ("ends: 0.5", "ends needs a sag"),
+        ("sag: 0.2, ends: 0.5", "ends must be from 0.52 m to the width, 1 m"),
     ],
 )
 def test_what_cannot_hang_over_a_bar_is_said(fields, message):

@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 from functools import lru_cache
-from math import asinh, atan2, cos, hypot, inf, pi, sin, sqrt
+from itertools import pairwise
+from math import asinh, atan2, copysign, cos, dist, hypot, inf, pi, sin, sqrt
 
 from text2sim.compiler.shapes.piece import Piece, wall_pieces
-from text2sim.compiler.shapes.rotation import Y_AXIS, Vec, quat_from_axis_angle
+from text2sim.compiler.shapes.rotation import X_AXIS, Y_AXIS, Vec, quat_from_axis_angle, quat_multiply, vector_dot
 from text2sim.spec_schema.models.sheets import Disc, Sheet, Sleeve
 
 DISC_STAVES, SLEEVE_STAVES = 16, 32
@@ -16,6 +17,8 @@ SHEET_BOXES = 12
 """Flat pieces that stand for a bent sheet."""
 CURVE_STEPS = 400
 """Pieces into which a curve is cut to find points along it: lengths are right to 1e-5 of them."""
+CRADLE_STRIPS = 8
+"""Strips of such pieces side by side, where a sheet has gathered ends."""
 A_FOLD = 40
 """The same of each fold, at least."""
 
@@ -92,6 +95,42 @@ def points_along_sheet(sheet: Sheet, count: int) -> list[tuple[float, float]]:
     return found
 
 
+def leans(sheet: Sheet, count: int) -> list[float]:
+    """Return the angles [rad] by which `count + 1` lines along a sheet lean outwards, from its front to its back.
+
+    Lines along a sheet with gathered ends are equally long and hang from closer points, so that they swing out about
+    their chords: a point at the depth d lies d sin(angle) to the side, and d cos(angle) down. Along the middle, at the
+    depth D, lines are a width W apart: the angle a of the line at v in [-1, 1] is that of
+    (ends / 2 + D cos(a) a')^2 + (D sin(a) a')^2 = (W / 2)^2, with a' = da / dv.
+    """
+    if sheet.ends is None or sheet.ends == sheet.size[1]:
+        return [0.0] * (count + 1)
+    depth, end, width = sheet.sag, sheet.ends / 2, sheet.size[1] / 2
+    angles = [0.0]
+    for _ in range(CURVE_STEPS):
+        b = end * cos(angles[-1])
+        angles.append(angles[-1] + (sqrt(b * b + width * width - end * end) - b) / depth / CURVE_STEPS)
+    found = []
+    for k in range(count + 1):
+        v = 2 * k / count - 1
+        found.append(copysign(angles[round(abs(v) * CURVE_STEPS)], v))
+    return found
+
+
+def cradled(sheet: Sheet, u: float, lean: float, point: tuple[float, float]) -> Vec:
+    """Return a point [m] of a sheet from the one (x, z) of its middle line.
+
+    Args:
+        sheet: The sheet.
+        u: Its place across the sheet, from -1 at the front to 1 at the back.
+        lean: Angle [rad] of its line, see `leans`.
+        point: The point of the middle line.
+    """
+    x, z = point
+    side = u * (sheet.size[1] if sheet.ends is None else sheet.ends) / 2
+    return (x, side - z * sin(lean), z * cos(lean)) if lean else (x, side, z)
+
+
 def is_bent(sheet: Sheet) -> bool:
     """Return whether a sheet is bent at the start."""
     return bool(sheet.sag or sheet.folds) or sheet.over is not None
@@ -110,11 +149,29 @@ def sheet_pieces(sheet: Sheet) -> list[Piece]:
     if not is_bent(sheet):
         return [Piece("box", size=(*sheet.size, SHEET_THICKNESS))]
     points = _outline(sheet)
+    if sheet.ends is not None:
+        return _cradle_pieces(sheet, points)
     found = []
     for (a, b), (c, d) in zip(points, points[1:], strict=False):
         box = Piece("box", size=(hypot(c - a, d - b), sheet.size[1], SHEET_THICKNESS))
         lean = quat_from_axis_angle(Y_AXIS, -atan2(d - b, c - a))
         found.append(box.at(((a + c) / 2, 0.0, (b + d) / 2), lean))
+    return found
+
+
+def _cradle_pieces(sheet: Sheet, points: list[tuple[float, float]]) -> list[Piece]:
+    lines = leans(sheet, CRADLE_STRIPS)
+    found = []
+    for k, (lean, after) in enumerate(pairwise(lines)):
+        u, w = 2 * k / CRADLE_STRIPS - 1, 2 * (k + 1) / CRADLE_STRIPS - 1
+        for first, last in pairwise(points):
+            corners = [cradled(sheet, v, a, p) for v, a in ((u, lean), (w, after)) for p in (first, last)]
+            x, y, z = ((corners[0][i] + corners[1][i] + corners[2][i] + corners[3][i]) / 4 for i in range(3))
+            long = (dist(corners[0], corners[1]) + dist(corners[2], corners[3])) / 2
+            wide = (dist(corners[0], corners[2]) + dist(corners[1], corners[3])) / 2
+            pitch = quat_from_axis_angle(Y_AXIS, -atan2(last[1] - first[1], last[0] - first[0]))
+            roll = quat_from_axis_angle(X_AXIS, (lean + after) / 2)
+            found.append(Piece("box", size=(long, wide, SHEET_THICKNESS)).at((x, y, z), quat_multiply(roll, pitch)))
     return found
 
 
@@ -136,6 +193,10 @@ def sleeve_pieces(sleeve: Sleeve) -> list[Piece]:
 
 def sheet_reach(sheet: Sheet, u: Vec) -> float:
     """Return how far [m] a sheet reaches in a direction from its frame."""
+    if sheet.ends is not None:
+        rows = [(2 * k / CRADLE_STRIPS - 1, lean) for k, lean in enumerate(leans(sheet, CRADLE_STRIPS))]
+        reached = (cradled(sheet, v, lean, point) for v, lean in rows for point in _outline(sheet))
+        return max(vector_dot(point, u) for point in reached) + SHEET_THICKNESS / 2
     farthest = max(x * u[0] + z * u[2] for x, z in _outline(sheet))
     return farthest + (sheet.size[1] * abs(u[1]) + SHEET_THICKNESS * abs(u[2])) / 2
 

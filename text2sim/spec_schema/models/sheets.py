@@ -9,6 +9,8 @@ from text2sim.spec_schema.models.base import ByKind, Length, Model, NonNegative,
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Sphere
 
+STEEPEST = 1.2
+"""Largest angle [rad] between the vertical and the line from a side of a gathered sheet to the chord of its edges."""
 MIN_CLOSED = 4
 """Points of a ribbon without ends: a triangle, and its first corner again."""
 
@@ -23,6 +25,9 @@ class Sheet(Model):
     """Depth [m] of its middle at the start below its left and right edges, as in a hammock or awning; at most 0.45 of
     its length L. The sheet is then a parabola of length L with the origin between its ends, which are
     `L - 8/3 sag^2 / L` apart, within 1 % up to a fifth of L."""
+    ends: Length | None = None
+    """With `sag`: width [m] of its left and right edges, by default that of the sheet. Gathered to a small part of it,
+    as by the cords of a hammock, they let the sides stand up, so that a load stays in the middle."""
     over: Length | None = None
     """Radius [m] of the fold of a sheet that hangs over a bar along y at its origin, down on both sides, as a scarf or
     a towel on a line: the radius of the bar plus the distance that cloth keeps from it (half a `cell`). `edge: left` is
@@ -44,6 +49,12 @@ class Sheet(Model):
             raise ValueError(f"sag may be at most 0.45 of the length, {0.45 * long:g} m (got {self.sag:g} m)")
         if bool(self.sag) + (self.over is not None) + bool(self.folds) > 1:
             raise ValueError("give at most one of sag, over, folds")
+        if self.ends is not None:
+            if not self.sag:
+                raise ValueError("ends needs a sag")
+            least, most = max(self.size[1] - 2 * STEEPEST * self.sag, 0.0), self.size[1]
+            if not least <= self.ends <= most:
+                raise ValueError(f"ends must be from {least:.3g} m to the width, {most:g} m (got {self.ends:g} m)")
         if self.over is None:
             return self
         shorter, fold = long * min(self.over_at, 1 - self.over_at), pi / 2 * self.over

@@ -128,7 +128,7 @@ class LiquidMaterial(Model):
     short steps: at most some `density cell^2 / (8 viscosity)`. A liquid always levels out: what keeps a shape, as cream
     and toothpaste, is a `soft` body of model `elasto_plastic` with a `viscosity`."""
     viscous: Bool = False
-    """Make it also resist shear, as much as its stiffness allows; with `viscosity` one says how much."""
+    """Make it also resist shear, as much as its stiffness allows. Instead of `viscosity`, which says how much."""
 
     @model_validator(mode="after")
     def _one_viscosity(self) -> "LiquidMaterial":
