@@ -40,7 +40,7 @@ SOLIDS = {
 }
 
 ELSEWHERE = {"mesh", "compound", "sculpt", "sketch"}
-"""Shapes from files and of parts, which are tested in their own way."""
+"""Shapes from files and of parts, whose surfaces are made in other modules."""
 
 
 def test_every_shape_stands_in_the_table():
