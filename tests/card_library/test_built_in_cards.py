@@ -4,6 +4,7 @@ import difflib
 from pathlib import Path
 
 import pytest
+from freshness import assert_fresh
 
 from text2sim.card_library.library import BUILT_IN, CardEntry, check_entry, load_library
 from text2sim.card_library.model import MAX_INDEX_TOKENS, MAX_TOKENS, count_tokens
@@ -59,4 +60,4 @@ def test_every_role_and_many_modes_have_cards() -> None:
 
 def test_the_page_of_the_documentation_is_theirs() -> None:
     page = Path(__file__).resolve().parents[2] / "docs" / "cards.md"
-    assert page.read_text("utf-8") == cards_reference(), "python -m text2sim.card_library.reference > docs/cards.md"
+    assert_fresh(page, cards_reference(), "python -m text2sim.card_library.reference > docs/cards.md")

@@ -23,10 +23,13 @@ from text2sim.compiler.shapes.rotation import (
     quat_to_rows,
 )
 from text2sim.compiler.shapes.solid import Solid, solids
+from text2sim.compiler.shapes.surface import surface
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.base import Pose
+from text2sim.spec_schema.models.faceted import Rock
 from text2sim.spec_schema.models.shapes import Shape
+from text2sim.spec_schema.published.language_reference import section_kinds
 
 HERE = Path(".")
 SHAPES = {
@@ -46,12 +49,36 @@ SHAPES = {
             (0.1, 0, 0.1),
         ]
     },
+    "rock": {"size": (0.3, 0.4, 0.2), "seed": 3},
     "ellipsoid": {"radii": (0.1, 0.2, 0.3)},
     "torus": {"radius": 0.3, "bar_radius": 0.05, "segments": 24},
     "tube": {"outer_radius": 0.3, "inner_radius": 0.25, "height": 0.4},
     "cup": {"radius": 0.3, "height": 0.4, "thickness": 0.03},
     "funnel": {"top_radius": 0.4, "bottom_radius": 0.1, "height": 0.5, "thickness": 0.04},
 }
+ELSEWHERE = {
+    "mesh": "TestMeshFiles",
+    "compound": "TestExtents",
+    "sculpt": "test_sculpt.py",
+    "text": "test_glyphs.py",
+    "sketch": "test_sketching.py",
+}
+"""Shapes that are tested in their own way, and where."""
+VOLUMES = {
+    "box": 0.048,
+    "sphere": 0.113097,
+    "cylinder": 0.0628319,
+    "capsule": 0.0125664 + 0.00418879,
+    "cone": 0.0251327,
+    "polyhedron": 0.4 * 0.2 * 0.3 / 2,  # the last point lies inside
+    "rock": ConvexHull(Rock(kind="rock", **SHAPES["rock"]).points).volume,
+    "ellipsoid": 0.0251327,
+    "torus": 0.0148044,
+    "tube": 0.0345575,
+    "cup": math.pi * (0.09 * 0.4 - 0.27**2 * 0.37),
+    "funnel": math.pi * 0.5 * 0.04 * 0.54,
+}
+"""Volumes [m3] of these shapes, by their formulas."""
 TURNS = [
     IDENTITY,
     quat_from_euler_deg((30, 40, 50)),
@@ -62,6 +89,10 @@ TURNS = [
 
 def make(kind, **fields):
     return TypeAdapter(Shape).validate_python({"kind": kind, **(fields or SHAPES[kind])})
+
+
+def test_every_shape_stands_in_the_table():
+    assert {*SHAPES, *ELSEWHERE} == set(section_kinds(Shape))
 
 
 def scipy_turn(quat):
@@ -93,28 +124,16 @@ class TestRotation:
 
 
 class TestVolume:
-    @pytest.mark.parametrize(
-        ("kind", "expected"),
-        [
-            ("box", 0.048),
-            ("sphere", 0.113097),
-            ("cylinder", 0.0628319),
-            ("capsule", 0.0125664 + 0.00418879),
-            ("cone", 0.0251327),
-            ("polyhedron", 0.4 * 0.2 * 0.3 / 2),  # the last point lies inside
-            ("ellipsoid", 0.0251327),
-            ("torus", 0.0148044),
-            ("tube", 0.0345575),
-            ("cup", math.pi * (0.09 * 0.4 - 0.27**2 * 0.37)),
-            ("funnel", math.pi * 0.5 * 0.04 * 0.54),
-        ],
-    )
-    def test_is_that_of_the_formula(self, kind, expected):
-        assert volume(make(kind), HERE) == pytest.approx(expected, rel=1e-5)
+    @pytest.mark.parametrize("kind", SHAPES)
+    def test_is_that_of_the_formula(self, kind):
+        assert volume(make(kind), HERE) == pytest.approx(VOLUMES[kind], rel=1e-5)
 
-    @pytest.mark.parametrize("kind", ["cone", "polyhedron", "tube", "cup", "funnel", "torus"])
+    @pytest.mark.parametrize("kind", SHAPES)
     def test_the_drawn_surface_is_closed_and_encloses_it(self, kind):
-        (mesh,) = visual_mesh(make(kind), HERE)
+        mesh = surface(make(kind))
+        edges = np.round(mesh.vertices, 9)[mesh.faces[:, [0, 1, 1, 2, 2, 0]]].reshape(-1, 6)
+        there, back = ({tuple(edge) for edge in ends + 0.0} for ends in (edges, edges[:, [3, 4, 5, 0, 1, 2]]))
+        assert there == back, "each edge belongs to a triangle on either side"
         a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
         cross = np.cross(b - a, c - a)
         assert np.einsum("ij,ij->", a, cross) / 6 == pytest.approx(volume(make(kind), HERE), rel=0.01)
@@ -186,6 +205,10 @@ class TestExtents:
     def test_of_a_lying_cone_reach_from_tip_to_base(self):
         low, high = extents(make("cone"), quat_from_euler_deg((0, 90, 0)), HERE)
         assert (low, high) == (pytest.approx((-0.3, -0.2, -0.2)), pytest.approx((0.3, 0.2, 0.2)))
+
+    def test_of_a_rock_are_its_size(self):
+        low, high = extents(make("rock"), IDENTITY, HERE)
+        assert (low, high) == (pytest.approx((-0.15, -0.2, -0.1)), pytest.approx((0.15, 0.2, 0.1)))
 
     def test_of_a_compound_cover_its_turned_parts(self):
         dumbbell = make(

@@ -20,6 +20,7 @@ from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.shapes import Box, Cylinder, Mesh, Shape
 from text2sim.spec_schema.models.sheets import Disc, Sheet
+from text2sim.spec_schema.published.language_reference import section_kinds
 
 HERE = Path(".")
 SOLIDS = {
@@ -28,6 +29,8 @@ SOLIDS = {
     "cylinder": {"radius": 0.2, "height": 0.5},
     "capsule": {"radius": 0.1, "length": 0.4},
     "cone": {"radius": 0.2, "height": 0.6},
+    "polyhedron": {"points": [(-0.2, -0.1, 0), (0.2, -0.1, 0), (0, 0.2, 0), (0, 0, 0.3)]},
+    "rock": {"size": (0.3, 0.4, 0.2), "seed": 3},
     "ellipsoid": {"radii": (0.3, 0.1, 0.2)},
     "torus": {"radius": 0.3, "bar_radius": 0.06},
     "tube": {"outer_radius": 0.3, "inner_radius": 0.2, "height": 0.4},
@@ -35,6 +38,13 @@ SOLIDS = {
     "funnel": {"top_radius": 0.4, "bottom_radius": 0.1, "height": 0.5, "thickness": 0.06},
     "text": {"text": "B8g", "height": 0.3, "depth": 0.1},
 }
+
+ELSEWHERE = {"mesh", "compound", "sculpt", "sketch"}
+"""Shapes from files and of parts, whose surfaces are made in other modules."""
+
+
+def test_every_shape_stands_in_the_table():
+    assert {*SOLIDS, *ELSEWHERE} == set(section_kinds(Shape))
 
 
 def make(kind, **fields):

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from freshness import assert_fresh
 from PIL import Image
 
 from text2sim.compiler.build import resolve_case
@@ -18,7 +19,7 @@ NAMES = tuple(built_in())
 
 
 def test_the_page_is_fresh():
-    assert (DOCS / "prefabs.md").read_text("utf-8") == gallery.page(), f"write it: {gallery.COMMAND}"
+    assert_fresh(DOCS / "prefabs.md", gallery.page(), gallery.COMMAND)
 
 
 def test_the_page_has_every_parameter():

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import jsonschema
 import pytest
+from freshness import assert_fresh
 from small_case import problems_of, small
 from staged import edits_of
 
@@ -26,14 +27,13 @@ def validator():
 
 
 def test_the_schema_is_fresh():
-    committed = Path(spec_schema.__file__).with_name("case.schema.json").read_text("utf-8")
-    assert committed == schema_text(), "write it: text2sim schema --out text2sim/spec_schema/case.schema.json"
+    committed = Path(spec_schema.__file__).with_name("case.schema.json")
+    assert_fresh(committed, schema_text(), "text2sim schema -o text2sim/spec_schema/case.schema.json")
 
 
 def test_the_reference_is_fresh():
-    committed = (ROOT / "docs/language.md").read_text("utf-8")
     command = "python -m text2sim.spec_schema.published.language_reference > docs/language.md"
-    assert committed == language_reference(), f"write it: {command}"
+    assert_fresh(ROOT / "docs/language.md", language_reference(), command)
 
 
 def test_a_valid_case_is_valid(validator, stage):

@@ -146,7 +146,10 @@ def test_every_problem_at_once_each_in_its_place():
             small(top=f"render: {{lights: {{{', '.join(f'a{i}: {{kind: sun}}' for i in range(21))}}}}}"),
             "needs at most 20 entries (got 21)",
         ),
-        (small(top="actions: {expect: {a: {event: b, above: 1}}}"), "above goes with a measure, not with an event"),
+        (
+            small(top="actions: {expect: {a: {event: b, above: 1}}}"),
+            "above goes with a measure; an event takes within, never",
+        ),
         (small(top="render: {during: [1, 1]}"), "the span of the film must not be empty"),
         (small(top="render: {lights: {sun: {kind: sun, direction: [0, 0, 0]}}}"), "must not be zero"),
         (small().replace("text2sim: 1\n", ""), "`text2sim` is missing"),

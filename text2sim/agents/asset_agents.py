@@ -110,7 +110,7 @@ def _shape(chat: Conversation, asset: Asset, plan: CasePlan, request: Request, c
         if wrong := try_body(asset.body, body, plan, case, asset.what).faults:
             raise Wrong(wrong)
 
-    pages = language.reference_pages("bodies", set(takes) & _SHAPES | _SCULPTED)
+    pages = language.reference_pages("bodies", set(takes) - _BARE | _SCULPTED)
     system = system_prompt(ROLES["mesh"], rules=language.rules(), pages=pages, text_to_3d=_text_to_3d())
     question = _question(asset, plan, request, f"It is for a `{kind}` body, which takes the shapes {', '.join(takes)}.")
     answer = chat.ask("mesh", system, question, typed_parser(ShapeAnswer, check), request.images)
@@ -121,9 +121,8 @@ def _shape(chat: Conversation, asset: Asset, plan: CasePlan, request: Request, c
     return Supplies(shapes={asset.body: shape}, words=[f"`{asset.body}`: its `shape`. {answer.note}"])
 
 
-_SHAPES = frozenset({"compound", "mesh", "box", "sphere", "cylinder", "capsule", "cone", "polyhedron", "rock",
-                     "ellipsoid", "torus", "tube", "cup", "funnel", "text", "sketch", "sculpt", "sheet",
-                     "disc", "sleeve", "ribbon"})  # fmt: skip
+_BARE = frozenset({"plane", "stream"})
+"""Shapes that give a body no form: they are not described to the mesh agent."""
 _SCULPTED = frozenset({"limb", "revolve", "loft"})
 """Parts of a sculpt, which are not shapes by themselves."""
 

@@ -283,7 +283,9 @@ def _held_twice(loaded: LoadedCase, rows: ControlRows) -> list[Problem]:
     What an event may have released by then is not counted.
     """
     found: dict[str, Problem] = {}
-    holder = {frozenset(((bond.a, None), (bond.b, None))): "" for bond in rows.bonds}
+    holder: dict[frozenset[tuple[str, str | None]], str] = {
+        frozenset(((bond.a, None), (bond.b, None))): "" for bond in rows.bonds
+    }
     for weld in rows.welds:
         pair = frozenset(((weld.a, weld.a_link), (weld.b, weld.b_link)))
         if not weld.on:

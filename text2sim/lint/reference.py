@@ -46,9 +46,7 @@ def lint_reference() -> str:
 def _section(rule: Rule) -> str:
     text = f"## {rule.id}\n\n{rule.title} ({rule.severity})\n\n{rule.reason}\n\n**Remedy.** {rule.remedy}\n\n"
     text += f"```yaml\n{rule.example.rstrip()}\n```\n"
-    if rule.fix:
-        text += f"\nThis merge patch fixes it (`null` removes a key):\n\n```yaml\n{rule.fix.rstrip()}\n```\n"
-    return text
+    return f"{text}\nThis merge patch fixes it (`null` removes a key):\n\n```yaml\n{rule.fix.rstrip()}\n```\n"
 
 
 if __name__ == "__main__":

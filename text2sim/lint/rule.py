@@ -36,8 +36,8 @@ class Rule:
     """Parts of a case, in YAML, that break the rule; `EXAMPLE_BASE` has the rest."""
     run: Find
     """Yields its problems."""
-    fix: str = ""
-    """JSON Merge Patch that fixes the example; empty without a simple fix."""
+    fix: str
+    """JSON Merge Patch that fixes the example."""
     own_contact: bool = False
     """Whether it is about the engine's own contacts between rigid bodies, which contact models sap and ipc replace."""
 

@@ -10,9 +10,7 @@ from text2sim.spec_schema.reuse.library import Definition
 def describe_rule(rule: Rule) -> str:
     """Return the meaning of a rule, its reason, the remedy, and an example."""
     text = f"{rule.id} ({rule.severity}): {rule.title}\n\n{rule.reason}\n\nRemedy: {rule.remedy}\n\nFor example:\n\n"
-    text += _indented(rule.example)
-    if rule.fix:
-        text += f"\n\nThis overlay fixes it (`null` removes a key):\n\n{_indented(rule.fix)}"
+    text += f"{_indented(rule.example)}\n\nThis merge patch fixes it (`null` removes a key):\n\n{_indented(rule.fix)}"
     return f"{text}\n\nIf it is intended:\n\n    waive: {{{rule.id}: why it is intended}}"
 
 

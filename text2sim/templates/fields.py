@@ -27,7 +27,7 @@ class Attraction(gs.force_fields.ForceField):
 
 @qd.data_oriented
 class Whirl(gs.force_fields.ForceField):
-    """A vortex about a vertical axis: `swirl / r^falloff` around it and `inward / r^falloff` towards it."""
+    """Accelerations `swirl / r^falloff` around a vertical axis and `inward / r^falloff` towards it."""
 
     def __init__(self, center, swirl, inward, falloff):
         super().__init__()
@@ -45,7 +45,7 @@ class Whirl(gs.force_fields.ForceField):
 
 @qd.data_oriented
 class Changing(gs.force_fields.ForceField):
-    """Another field, multiplied by a factor and shifted by a displacement [m]; both change with time."""
+    """Another field, scaled by a factor and displaced by a shift [m]; both change with time."""
 
     def __init__(self, field):
         super().__init__()
@@ -55,7 +55,7 @@ class Changing(gs.force_fields.ForceField):
         self._factor[None] = 1.0
 
     def change(self, factor, shift):
-        """Set the factor and the displacement [m] for the steps that follow."""
+        """Set the factor and the shift [m] for the steps that follow."""
         self._factor[None] = factor
         self._shift[None] = shift
 
@@ -68,9 +68,9 @@ class Fields:
     """Switches the fields on and off, and updates those that change with time at every step.
 
     Args:
-        fields: Rows of a field, its start and its end [s].
-        changing: Rows of the index of a field, its factor as a function of time (None: 1), and the velocity of its
-            pattern [m/s].
+        fields: For each field, a row of itself, its start and its end [s].
+        changing: For each that changes, a row of its index in `fields`, its factor as a function of time (None: 1), and
+            the velocity of its pattern [m/s].
     """
 
     def __init__(self, fields, changing=()):
@@ -80,9 +80,12 @@ class Fields:
         """Update the fields before the step that begins at t [s]."""
         t += 1e-9  # rounding must not exclude a step that begins at `start`
         for number, (field, start, end) in enumerate(self.fields):
-            if (start <= t < end) != (number in self.active):
-                field.deactivate() if number in self.active else field.activate()
-                self.active ^= {number}
+            if start <= t < end and number not in self.active:
+                field.activate()
+                self.active.add(number)
+            elif not start <= t < end and number in self.active:
+                field.deactivate()
+                self.active.remove(number)
         for number, factor, drift in self.changing:
             if number in self.active:
                 shift = np.array(drift) * t

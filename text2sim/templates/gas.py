@@ -1,4 +1,4 @@
-"""Gas in closed cloth, whose pressure acts on every triangle."""
+"""Gas in a closed cloth: its pressure acts on every triangle."""
 
 import numpy as np
 from points import Points, each_substep
@@ -7,14 +7,14 @@ from points import Points, each_substep
 class Gas:
     """Gas that a closed cloth encloses.
 
-    The pressure above that outside is `pressure + modulus (V_start / V - 1)` at a volume V. A triangle of area A feels
-    the pressure times A along its outward normal, a third of it at each corner.
+    At a volume V its pressure exceeds that outside by `pressure + modulus (V_start / V - 1)`. A triangle of area A
+    feels that times A along its outward normal, a third of it at each corner.
 
     Args:
         scene: The built scene, before its first step.
         body: The cloth, of solver pbd.
-        pressure: Pressure at the start [Pa].
-        modulus: Pressure per relative loss of volume [Pa].
+        pressure: Excess pressure at the start [Pa].
+        modulus: Rise of the pressure [Pa] for each unit of `V_start / V`.
     """
 
     def __init__(self, scene, body, pressure, modulus):
@@ -23,7 +23,7 @@ class Gas:
         self.faces = np.asarray(body.mesh.faces)
         self.range = slice(body.particle_start, body.particle_end)
         volume = self._volume(self.points.rest)
-        self.start, self.outward = abs(volume), np.sign(volume)
+        self.start, self.outward = abs(volume), np.sign(volume)  # negative where the faces look inward
         each_substep(self.points.solver, self._substep)
 
     def __call__(self, t):
@@ -36,11 +36,11 @@ class Gas:
 
     def _substep(self):
         places, velocities = self.points.positions(), self.points.velocities()
-        volume = max(self.outward * self._volume(places), 1e-3 * self.start)
+        volume = max(self.outward * self._volume(places), 1e-3 * self.start)  # it may be crushed
         pressure = self.pressure + self.modulus * (self.start / volume - 1)
         a, b, c = (places[self.faces[:, k]] for k in range(3))
-        impulse = self.outward * pressure * self.h / 6 * np.cross(b - a, c - a)
+        impulse = self.outward * pressure * self.h / 6 * np.cross(b - a, c - a)  # the product is 2 A
         corners, count = self.faces.ravel(), len(places)
-        taken = [np.bincount(corners, np.repeat(impulse[:, k], 3), count) for k in range(3)]
-        velocities[self.free] += (np.stack(taken, axis=1) / self.points.masses[:, None])[self.free]
+        received = [np.bincount(corners, np.repeat(impulse[:, k], 3), count) for k in range(3)]
+        velocities[self.free] += (np.stack(received, axis=1) / self.points.masses[:, None])[self.free]
         self.points.set_velocities(velocities)

@@ -36,20 +36,20 @@ class Shell:
         self._corner_spot, self._drawn_spot = spots.ravel(), spots.ravel()[first]
 
     def normals(self, vertices: np.ndarray) -> np.ndarray:
-        """Returns unit normals of the drawn vertices, shape (m, 3), for vertices in these places [m], shape (n, 3)."""
+        """Return unit normals of the drawn vertices, shape (m, 3), for vertices at these places [m], shape (n, 3)."""
         triangles = vertices[self.sources][self.faces]
         return smooth_normals(triangles, self._corner_spot, len(self.sources))[self._drawn_spot]
 
     def whole(self, vertices: np.ndarray, gap: float) -> np.ndarray:
-        """Returns which triangles have no edge that is longer than at rest by `gap` [m], shape (f,).
+        """Return which triangles are whole, shape (f,): no edge is longer than at rest by `gap` [m] or more.
 
-        A body of particles has torn where an edge is longer.
+        A body of particles has torn where an edge is.
         """
         return (_lengths(vertices, self._own) < self._rest + gap).all(axis=1)
 
 
 def part_of_triangles(regions: Path, vertices: np.ndarray, faces: np.ndarray, pos, quat) -> np.ndarray:
-    """Returns the index of the part whose look each triangle has, shape (f,); -1 stands for the body's own look.
+    """Return the index of the part whose look each triangle has, shape (f,); -1 stands for the body's own look.
 
     Args:
         regions: File with the centers of triangles in the body's frame [m], and their parts.
@@ -58,19 +58,18 @@ def part_of_triangles(regions: Path, vertices: np.ndarray, faces: np.ndarray, po
         pos: Initial position of the body's frame [m].
         quat: Initial orientation of the body's frame (w, x, y, z).
     """
-    w, *axis = np.asarray(quat, float)
+    w, u = quat[0], -np.asarray(quat[1:], float)  # the inverse rotation
     arms = vertices[faces].mean(axis=1) - pos
-    # Rotated by the inverse (w, u): v + 2 u x (u x v + w v).
-    back = arms + 2 * np.cross(-np.array(axis), np.cross(-np.array(axis), arms) + w * arms)
+    own = arms + 2 * np.cross(u, np.cross(u, arms) + w * arms)
     with np.load(regions) as file:
         centers, parts = file["centers"].astype(float), file["parts"]
-    if centers.shape == back.shape and np.abs(centers - back).max() < SAME_PLACE:
+    if centers.shape == own.shape and np.abs(centers - own).max() < SAME_PLACE:
         return parts
     # Some solvers mesh the body anew: take the part of the nearest center.
-    found = np.empty(len(back), int)
+    found = np.empty(len(own), int)
     step = max(1, 2**22 // len(centers))
-    for first in range(0, len(back), step):
-        some = back[first : first + step]
+    for first in range(0, len(own), step):
+        some = own[first : first + step]
         found[first : first + step] = ((centers**2).sum(axis=1) - 2 * some @ centers.T).argmin(axis=1)
     return parts[found]
 
@@ -81,7 +80,7 @@ def _lengths(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def smooth_normals(triangles: np.ndarray, spots: np.ndarray, count: int) -> np.ndarray:
-    """Returns a unit normal for each spot, shape (count, 3).
+    """Return a unit normal for each spot, shape (count, 3): upward where its triangles cancel out.
 
     Args:
         triangles: Corners, shape (f, 3, 3).
@@ -97,19 +96,19 @@ def smooth_normals(triangles: np.ndarray, spots: np.ndarray, count: int) -> np.n
 
 
 def enclosed(points: np.ndarray, edge: float) -> np.ndarray:
-    """Returns which points are surrounded, shape (n,): all 26 cells around their own contain points; `edge` is in m."""
+    """Return which points are surrounded, shape (n,): the 26 cells of side `edge` [m] around their own hold points."""
     cells = np.floor((points - points.min(axis=0)) / edge).astype(np.int64) + 1
     size = cells.max(axis=0) + 2
     steps = np.array([size[1] * size[2], size[2], 1])
     keys = cells @ steps
     taken, mine = np.unique(keys, return_inverse=True)
-    around = (np.stack(np.meshgrid(*[[-1, 0, 1]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)) @ steps
+    around = np.stack(np.meshgrid(*[[-1, 0, 1]] * 3, indexing="ij"), axis=-1).reshape(-1, 3) @ steps
     spots = np.searchsorted(taken, taken[:, None] + around).clip(max=len(taken) - 1)
     return (taken[spots] == taken[:, None] + around).all(axis=1)[mine.ravel()]
 
 
 def _sides(vertices: np.ndarray, faces: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Returns labels, shape (f,), equal for triangles that are connected without a sharp edge between them."""
+    """Return labels, shape (f,), equal for triangles that are connected without a sharp edge between them."""
     a, b, c = np.moveaxis(vertices[faces].astype(float), 1, 0)
     normals = np.cross(b - a, c - a)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)

@@ -65,14 +65,14 @@ class Expect(Model):
         of_measure = {"at", "during", "stat", "swing", "above", "below", "equals", "tolerance"} & self.model_fields_set
         if self.event is not None:
             if of_measure:
-                raise ValueError(f"{_listed(of_measure)} with a measure, not with an event")
+                raise ValueError(f"{_listed(of_measure)} with a measure; an event takes within, never, count or before")
             if self.never and (of_event - {"never", "within"}):
                 raise ValueError("never can only be combined with within")
             if self.on is not None and self.within is None:
                 raise ValueError("on goes with within, at or during")
             return self
         if of_event:
-            raise ValueError(f"{_listed(of_event)} with an event, not with a measure")
+            raise ValueError(f"{_listed(of_event)} with an event; a measure takes above, below or equals")
         if (self.at is None) == (self.during is None):
             raise ValueError("a measure needs either at or during")
         if self.on is not None and (isinstance(self.at, str) or self.during == "all"):

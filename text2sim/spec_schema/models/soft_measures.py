@@ -12,7 +12,7 @@ class Traits(NamedTuple):
     """Properties of a kind of measure that other modules use; every kind defines all of them."""
 
     at_rest: float | None
-    """Its value while nothing moves, if it is the same in every case; otherwise None."""
+    """Its value if nothing moves during the run, if it is the same in every case; otherwise None."""
     never_negative: bool
     """Whether its definition excludes negative values."""
     of_root: bool
@@ -47,7 +47,7 @@ class Measured(Model):
 
     @property
     def at_rest(self) -> float | None:
-        """Its value while nothing moves, if it is the same in every case; otherwise None. For copies, that of each."""
+        """As `Traits.at_rest`, for the change too if that is measured. For copies, that of each."""
         return 0.0 if self.change_from is not None else self.traits.at_rest
 
 

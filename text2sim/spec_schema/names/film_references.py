@@ -4,6 +4,7 @@ from typing import Any
 
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.regions import BodyPoint
+from text2sim.spec_schema.models.render import Render, Shot
 from text2sim.spec_schema.names.name_table import NameTable
 from text2sim.spec_schema.text.document import Path
 
@@ -39,19 +40,17 @@ def _check_targets(table: NameTable, where: Path, thing: Any) -> None:
     for i, selector in enumerate(getattr(thing, "frame", None) or ()):
         found = table.find(selector, (*where, "frame", i))
         if found is not None and getattr(getattr(found.model, "shape", None), "kind", None) == "plane":
-            message = f"`{found.name}` is infinite; name the bodies on it"
+            message = f"`{found.name}` is a plane, too large for a picture; name the bodies on it"
             table.report((*where, "frame", i), message, "endless-frame")
 
 
 def _check_shots(table: NameTable) -> None:
     scene, render = table.loaded.case.scene, table.loaded.case.render
-    known = list(render.cameras) or [DERIVED]
-    start, end = span_of(render.during, scene.duration)
+    known, film = list(render.cameras) or [DERIVED], _span_of_film(render, scene.duration)
     for name, shot in render.shots.items():
         where: Path = ("render", "shots", name)
         table.check_known((*where, "camera"), "camera", shot.camera, known)
-        first = start if shot.from_ is None else shot.from_
-        last = min(end, scene.duration) if shot.to is None else shot.to
+        first, last = _span_of_shot(shot, film)
         if first >= scene.duration:
             message = f"the shot begins at {first:g} s, after the end of the run ({scene.duration:g} s)"
             table.report((*where, "from") if shot.from_ is not None else where, message, "after-end")
@@ -65,17 +64,25 @@ def _check_shots(table: NameTable) -> None:
 
 def _check_length(table: NameTable) -> None:
     scene, render = table.loaded.case.scene, table.loaded.case.render
-    start, end = span_of(render.during, scene.duration)
+    start, end = _span_of_film(render, scene.duration)
     if start >= scene.duration:
         message = f"the film would start after the end of the run ({scene.duration:g} s)"
         table.report(("render", "during"), message, "after-end")
-    seconds = (min(end, scene.duration) - start) / render.speed
-    if render.shots:
-        seconds = 0.0
-        for shot in render.shots.values():
-            first = start if shot.from_ is None else shot.from_
-            last = min(end if shot.to is None else shot.to, scene.duration)
-            seconds += max(last - first, 0.0) / (shot.speed or render.speed) + shot.hold
+    seconds = 0.0 if render.shots else (end - start) / render.speed
+    for shot in render.shots.values():
+        first, last = _span_of_shot(shot, (start, end))
+        seconds += max(min(last, scene.duration) - first, 0.0) / (shot.speed or render.speed) + shot.hold
     if seconds * render.fps > MAX_FILMED:
         message = f"gives {seconds * render.fps:.3g} frames of film; at most {MAX_FILMED:,} are possible"
         table.report(("render",), message, "too-many", key=True)
+
+
+def _span_of_film(render: Render, duration: float) -> tuple[float, float]:
+    """Return the first and last time [s] that the film may show."""
+    start, end = span_of(render.during, duration)
+    return start, min(end, duration)
+
+
+def _span_of_shot(shot: Shot, film: tuple[float, float]) -> tuple[float, float]:
+    """Return the first and last time [s] of a shot; those it does not have are the film's."""
+    return film[0] if shot.from_ is None else shot.from_, film[1] if shot.to is None else shot.to

@@ -70,7 +70,11 @@ def load_examples() -> dict[str, dict[str, str]]:
 
 
 def section_text(section: ReferenceSection) -> str:
-    """Return the text of one section."""
+    """Return the text of one section.
+
+    Raises:
+        LookupError: if `examples.yaml` lacks an example of a kind.
+    """
     lines = [f"{'#' * section.level} {section.title}", ""]
     if section.intro:
         lines += [section.intro, ""]
@@ -89,6 +93,8 @@ def section_text(section: ReferenceSection) -> str:
         who = f"every {section.noun} has" if len(having) == len(kinds) else f"{', '.join(having)} have"
         above = [other for other in shared if other is not base and issubclass(base, other)]
         lines += [f"Besides its own fields, {who}:", "", *_table(base, above)]
+    if missing := kinds.keys() - examples.keys():
+        raise LookupError(f"examples.yaml has no example in `{section.examples}` of {', '.join(sorted(missing))}")
     for kind, model in kinds.items():
         lines += [f"{'#' * (section.level + 1)} `{kind}`", "", model_doc(model), ""]
         lines += _table(model, shared) + _yaml(examples[kind])
