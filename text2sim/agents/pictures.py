@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.agents.frame_choice import FrameMoment, Shown, after_strikes, choose_frames, moments, with_attached
 from text2sim.legibility.film import spread_numbers
+from text2sim.recording.record import RunRecord
 from text2sim.recording.run_files import read_events
 from text2sim.runtime.internal_errors import keep_details
 from text2sim.spec_schema.errors import Text2SimError
@@ -31,7 +32,9 @@ SMALL_SUBJECT = 0.2
 LOCATING_WIDTH = 160
 """Width of the pictures in which bodies are located [pixels]."""
 MAX_TRACING_TIME = 90.0
-"""Longest time for tracing the frames, at one or two seconds each [s]; if it is exceeded, the preview is used."""
+"""Time for tracing the frames, at one or two seconds each [s], if a preview does not take longer."""
+FEWEST_TRACED = 6
+"""Smallest number of frames that are shown if there is no time for all; else the preview is used."""
 
 TRACED_NOTE = "The frames are path-traced, as the film will be, but small and coarse."
 PREVIEWED_FINISHES = (None, "rough", "painted", "plastic", "smooth")
@@ -56,7 +59,7 @@ def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[A
     """
     from text2sim.evidence.contact_sheet import contact_sheet
 
-    rows, note = list(_traced(run, MAX_TRACING_TIME)), TRACED_NOTE
+    rows, note = list(_traced(run, _tracing_time(run))), TRACED_NOTE
     if not rows:
         preview()
         rows, note = list(_filmed(run)) or list(_preview_frames(run)), _left_out(run)
@@ -74,6 +77,13 @@ def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[A
     if not rows:
         return None, 0, ""
     return contact_sheet(thumbnails, width=width, columns=columns), len(rows), note
+
+
+def _tracing_time(run: Path) -> float:
+    """Return how long frames may be traced [s]: as long as the engine would take to start for a preview, at least."""
+    record = RunRecord.read(run)
+    timings = record.timings if record is not None else {}
+    return max(MAX_TRACING_TIME, timings.get("start", 0.0) + timings.get("build", 0.0))
 
 
 def _read(path: Path) -> Any:
@@ -185,7 +195,7 @@ def _preview_frames(run: Path) -> Iterator[Row]:
 
 
 def _traced(run: Path, seconds: float) -> Iterator[Row]:
-    """Yield path-traced frames of the main film; none if that is impossible or takes longer than `seconds`."""
+    """Yield path-traced frames of the main film, as many as `seconds` are enough for; none if these are too few."""
     until = monotonic() + seconds
     try:
         from PIL import Image
@@ -198,8 +208,11 @@ def _traced(run: Path, seconds: float) -> Iterator[Row]:
         filming = Filming(recording, "draft", size=(SHEET_WIDTH, max(2, round(SHEET_WIDTH * height / width / 2) * 2)))
         reel = filming.reels()[0]
         shown = choose_frames(moments_of(run), reel.frames, MAX_FRAMES)
-        few = Reel(reel.name, [one.frame for one in shown])
-        filming.render(few, lambda progress: None, until=until)
+        filming.render(Reel(reel.name, [one.frame for one in shown]), lambda progress: None, until=until)
+        traced = [one for one in shown if filming.finished(one.frame).is_file()]
+        if len(traced) < min(FEWEST_TRACED, len(shown)):
+            return
+        few = Reel(reel.name, [one.frame for one in traced])
         pictures = [Image.fromarray(picture) for picture in filming.pictures(few, filming.rendered(few))]
     except (Text2SimError, ImportError, OSError):
         return
@@ -207,7 +220,7 @@ def _traced(run: Path, seconds: float) -> Iterator[Row]:
         keep_details(error)
         return
     eye = _eye(run)
-    for one, picture in zip(shown, pictures, strict=True):
+    for one, picture in zip(traced, pictures, strict=True):
         yield one.frame.camera, _caption(one), picture, _close_up(eye, one, picture)
 
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
 from math import asinh, atan2, copysign, cos, dist, hypot, inf, pi, sin, sqrt
+from typing import NamedTuple
 
 from text2sim.compiler.shapes.piece import Piece, wall_pieces
 from text2sim.compiler.shapes.rotation import X_AXIS, Y_AXIS, Vec, quat_from_axis_angle, quat_multiply, vector_dot
@@ -17,6 +18,11 @@ SHEET_BOXES = 12
 """Flat pieces that stand for a bent sheet."""
 CURVE_STEPS = 400
 """Pieces into which a curve is cut to find points along it: lengths are right to 1e-5 of them."""
+CUT = 0.3
+"""Part by which the sides of a sheet with gathered ends hang less deep than its middle.
+
+Hammocks are cut so. If all lines were equally long, a ball would lie as deep at a side as in the middle, and roll out.
+"""
 CRADLE_STRIPS = 8
 """Strips of such pieces side by side, where a sheet has gathered ends."""
 A_FOLD = 40
@@ -95,40 +101,40 @@ def points_along_sheet(sheet: Sheet, count: int) -> list[tuple[float, float]]:
     return found
 
 
-def leans(sheet: Sheet, count: int) -> list[float]:
-    """Return the angles [rad] by which `count + 1` lines along a sheet lean outwards, from its front to its back.
+class Line(NamedTuple):
+    """A line along a sheet, which hangs like its middle line, but swung out about its chord."""
 
-    Lines along a sheet with gathered ends are equally long and hang from closer points, so that they swing out about
-    their chords: a point at the depth d lies d sin(angle) to the side, and d cos(angle) down. Along the middle, at the
-    depth D, lines are a width W apart: the angle a of the line at v in [-1, 1] is that of
-    (ends / 2 + D cos(a) a')^2 + (D sin(a) a')^2 = (W / 2)^2, with a' = da / dv.
+    side: float
+    """Place of its ends across the sheet [m]."""
+    lean: float
+    """Angle by which it is swung out [rad]."""
+    depth: float
+    """Its depth over that of the middle line."""
+
+    def at(self, point: tuple[float, float]) -> Vec:
+        """Return its point [m] for a point (x, z) of the middle line."""
+        x, z = point
+        deep = z * self.depth
+        return (x, self.side - deep * sin(self.lean), deep * cos(self.lean))
+
+
+def sheet_lines(sheet: Sheet, count: int) -> list[Line]:
+    """Return `count + 1` lines along a sheet, from its front to its back.
+
+    With gathered ends, the line at v in [-1, 1] hangs `D (1 - CUT v^2)` deep, where D is the sag. Along the middle of
+    the sheet, lines are a width W apart: with e = ends / 2, d the depth, a the angle and ' for d/dv, it is
+    e^2 + d'^2 + d^2 a'^2 + 2 e d' sin(a) + 2 e d a' cos(a) = (W / 2)^2.
     """
-    if sheet.ends is None or sheet.ends == sheet.size[1]:
-        return [0.0] * (count + 1)
-    depth, end, width = sheet.sag, sheet.ends / 2, sheet.size[1] / 2
-    angles = [0.0]
-    for _ in range(CURVE_STEPS):
-        b = end * cos(angles[-1])
-        angles.append(angles[-1] + (sqrt(b * b + width * width - end * end) - b) / depth / CURVE_STEPS)
-    found = []
-    for k in range(count + 1):
-        v = 2 * k / count - 1
-        found.append(copysign(angles[round(abs(v) * CURVE_STEPS)], v))
-    return found
-
-
-def cradled(sheet: Sheet, u: float, lean: float, point: tuple[float, float]) -> Vec:
-    """Return a point [m] of a sheet from the one (x, z) of its middle line.
-
-    Args:
-        sheet: The sheet.
-        u: Its place across the sheet, from -1 at the front to 1 at the back.
-        lean: Angle [rad] of its line, see `leans`.
-        point: The point of the middle line.
-    """
-    x, z = point
-    side = u * (sheet.size[1] if sheet.ends is None else sheet.ends) / 2
-    return (x, side - z * sin(lean), z * cos(lean)) if lean else (x, side, z)
+    places = [2 * k / count - 1 for k in range(count + 1)]
+    if sheet.ends is None:
+        return [Line(v * sheet.size[1] / 2, 0.0, 1.0) for v in places]
+    e, angles = sheet.ends / 2, [0.0]
+    for k in range(CURVE_STEPS):
+        v, a = k / CURVE_STEPS, angles[-1]
+        d, change = sheet.sag * (1 - CUT * v * v), -2 * CUT * sheet.sag * v
+        b, c = e * cos(a) / d, (e * e + change * change + 2 * e * change * sin(a) - (sheet.size[1] / 2) ** 2) / (d * d)
+        angles.append(a + (sqrt(max(b * b - c, 0.0)) - b) / CURVE_STEPS)
+    return [Line(v * e, copysign(angles[round(abs(v) * CURVE_STEPS)], v), 1 - CUT * v * v) for v in places]
 
 
 def is_bent(sheet: Sheet) -> bool:
@@ -160,17 +166,15 @@ def sheet_pieces(sheet: Sheet) -> list[Piece]:
 
 
 def _cradle_pieces(sheet: Sheet, points: list[tuple[float, float]]) -> list[Piece]:
-    lines = leans(sheet, CRADLE_STRIPS)
     found = []
-    for k, (lean, after) in enumerate(pairwise(lines)):
-        u, w = 2 * k / CRADLE_STRIPS - 1, 2 * (k + 1) / CRADLE_STRIPS - 1
+    for front, back in pairwise(sheet_lines(sheet, CRADLE_STRIPS)):
         for first, last in pairwise(points):
-            corners = [cradled(sheet, v, a, p) for v, a in ((u, lean), (w, after)) for p in (first, last)]
-            x, y, z = ((corners[0][i] + corners[1][i] + corners[2][i] + corners[3][i]) / 4 for i in range(3))
+            corners = front.at(first), front.at(last), back.at(first), back.at(last)
+            x, y, z = (sum(corner[i] for corner in corners) / 4 for i in range(3))
             long = (dist(corners[0], corners[1]) + dist(corners[2], corners[3])) / 2
             wide = (dist(corners[0], corners[2]) + dist(corners[1], corners[3])) / 2
             pitch = quat_from_axis_angle(Y_AXIS, -atan2(last[1] - first[1], last[0] - first[0]))
-            roll = quat_from_axis_angle(X_AXIS, (lean + after) / 2)
+            roll = quat_from_axis_angle(X_AXIS, (front.lean + back.lean) / 2)
             found.append(Piece("box", size=(long, wide, SHEET_THICKNESS)).at((x, y, z), quat_multiply(roll, pitch)))
     return found
 
@@ -194,8 +198,7 @@ def sleeve_pieces(sleeve: Sleeve) -> list[Piece]:
 def sheet_reach(sheet: Sheet, u: Vec) -> float:
     """Return how far [m] a sheet reaches in a direction from its frame."""
     if sheet.ends is not None:
-        rows = [(2 * k / CRADLE_STRIPS - 1, lean) for k, lean in enumerate(leans(sheet, CRADLE_STRIPS))]
-        reached = (cradled(sheet, v, lean, point) for v, lean in rows for point in _outline(sheet))
+        reached = (line.at(point) for line in sheet_lines(sheet, CRADLE_STRIPS) for point in _outline(sheet))
         return max(vector_dot(point, u) for point in reached) + SHEET_THICKNESS / 2
     farthest = max(x * u[0] + z * u[2] for x, z in _outline(sheet))
     return farthest + (sheet.size[1] * abs(u[1]) + SHEET_THICKNESS * abs(u[2])) / 2

@@ -17,7 +17,7 @@ from text2sim.compiler.shapes.geometry import key_of, volume
 from text2sim.compiler.shapes.hulls import corners_and_sides
 from text2sim.compiler.shapes.rings import Arc, profile, profile_of, turned
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, quat_of, quat_to_rows
-from text2sim.compiler.shapes.sagging import cradled, leans, points_along_sheet
+from text2sim.compiler.shapes.sagging import points_along_sheet, sheet_lines
 from text2sim.compiler.shapes.sculpting import sculpted
 from text2sim.compiler.shapes.triangles import MAX_TRIANGLES, check_triangle_count, surface_area
 from text2sim.spec_schema.errors import AssetError
@@ -264,8 +264,8 @@ def _sheet(sheet: Sheet, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarr
     nx, ny = (max(1, round(side / edge)) for side in sheet.size)
     u, v = np.meshgrid(np.linspace(0.0, 1.0, nx + 1), np.linspace(0.0, 1.0, ny + 1))
     uvs = np.stack([u.ravel(), v.ravel()], axis=1)
-    curve, lines = points_along_sheet(sheet, nx), leans(sheet, ny)
-    vertices = np.array([cradled(sheet, 2 * k / ny - 1, lean, p) for k, lean in enumerate(lines) for p in curve])
+    curve = points_along_sheet(sheet, nx)
+    vertices = np.array([line.at(point) for line in sheet_lines(sheet, ny) for point in curve])
     return vertices, grid_faces(nx, ny), uvs
 
 

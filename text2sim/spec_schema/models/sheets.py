@@ -27,7 +27,8 @@ class Sheet(Model):
     `L - 8/3 sag^2 / L` apart, within 1 % up to a fifth of L."""
     ends: Length | None = None
     """With `sag`: width [m] of its left and right edges, by default that of the sheet. Gathered to a small part of it,
-    as by the cords of a hammock, they let the sides stand up, so that a load stays in the middle."""
+    as by the cords of a hammock, they let the sides stand up. These then hang 30 % less deep, so that a load stays in
+    the middle."""
     over: Length | None = None
     """Radius [m] of the fold of a sheet that hangs over a bar along y at its origin, down on both sides, as a scarf or
     a towel on a line: the radius of the bar plus the distance that cloth keeps from it (half a `cell`). `edge: left` is
