@@ -159,7 +159,10 @@ def test_what_is_done_is_not_done_again(stage: Stage):
     assert (first.folder / "evidence.json").read_bytes() == evidence
 
     stage.edit("fps: 25", "fps: 50")
+    (first.folder / "visibility.json").write_text("{}")
     assert stage.run(film=False).work is Work.JUDGE, "how well bodies are seen goes with the cameras"
+    outdated = [first.folder / name for name in ("video.mp4", "visibility.json")]
+    assert not any(file.exists() for file in outdated), "evidence and report would be about the previous cameras"
     filmed = stage.run()
     assert (filmed.work, filmed.passed, filmed.folder) == (Work.FILM, True, first.folder)
     assert stage.programs == [".", "--film-only."]

@@ -226,9 +226,7 @@ def test_who_films_it_knows_where_and_when_and_what_was_tried(make_run: MakeRun,
     assert [len(request.messages[-1].images) for request in asked] == [1, 1]
 
 
-def test_no_preview_is_filmed_of_what_is_traced_next_and_an_outdated_one_goes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_preview_is_filmed_of_what_is_traced_next(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     given: dict[str, Any] = {}
 
     def run_case(loaded: LoadedCase, **more: Any) -> Any:
@@ -238,11 +236,9 @@ def test_no_preview_is_filmed_of_what_is_traced_next_and_an_outdated_one_goes(
     loaded = load_text(CASE, tmp_path / "case.yaml")
     run = tmp_path / "runs" / f"slides-{plan_case(loaded).sim_digest[:10]}"
     (run / "states").mkdir(parents=True)
-    (run / "video.mp4").write_bytes(b"of the previous camera")
     monkeypatch.setattr(harness_run, "run_case", run_case)
     Attempts(tmp_path).refilm(loaded)
     assert given["film"] is False
-    assert not (run / "video.mp4").exists()
 
 
 def test_the_weights_of_the_marks() -> None:

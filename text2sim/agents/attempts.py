@@ -207,7 +207,6 @@ class Attempts:
         run = runs / f"{loaded.case.name}-{plan_case(loaded).sim_digest[:10]}"
         if not (run / "states").is_dir():
             raise RunError("this film would require another simulation")
-        (run / "video.mp4").unlink(missing_ok=True)  # a preview, if there is one, shows the previous camera
         if run_case(loaded, runs=runs, film=False).stopped:
             raise KeyboardInterrupt
 
