@@ -75,6 +75,16 @@ def test_a_liquid_keeps_its_volume() -> None:
     assert np.all(np.abs(low - HEAP.min(axis=0)) < SPACING)
 
 
+def test_syrup_takes_on_its_colour_where_it_is_thin() -> None:
+    """Light has the colour `1 - opacity (1 - color)` after two edges of a cube of its volume, after a fifth of that at 0.9."""
+    water = LiquidSurface("soft0", part("liquid", finish="glass", opacity=0.9))
+    syrup = LiquidSurface("soft0", part("liquid", finish="smooth", opacity=0.9))
+    half = LiquidSurface("soft0", part("liquid", finish="smooth", opacity=0.5))
+    thinner = LiquidSurface("soft0", part("liquid", finish="glass", opacity=0.5))
+    assert syrup._shade == pytest.approx(5 * water._shade)
+    assert half._shade == pytest.approx(thinner._shade)
+
+
 @pytest.mark.parametrize("finish", ["rough", "cloth"])
 @pytest.mark.parametrize("has_uvs", [True, False])
 def test_a_surface_follows_its_vertices(finish: str, *, has_uvs: bool) -> None:

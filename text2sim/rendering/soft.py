@@ -255,7 +255,8 @@ class LiquidSurface:
     """Particles with a surface around all of them.
 
     A clear liquid refracts and absorbs light, see `water.py`. It has its colour where it is as deep as a cube of its
-    volume is high, is darker where it is deeper, and almost colourless where it is thin.
+    volume is high, is darker where it is deeper, and almost colourless where it is thin. One with the finish of
+    something solid has it where it is thinner, too, the nearer its opacity is to 1: syrup, honey.
     """
 
     def __init__(self, name: str, part: SoftPart):
@@ -266,6 +267,8 @@ class LiquidSurface:
         if self.is_clear:
             first, end = part.row["points"]
             depth = DEPTHS * self._spacing * (end - first) ** (1 / 3)
+            if finish_of(look.finish).kind == "solid":
+                depth *= min(2 * (1 - look.opacity), 1.0)
             self._shade = absorption(1 - look.opacity * (1 - self._color), depth)
         self.bsdf = clear_liquid() if self.is_clear else material("smooth")
 
