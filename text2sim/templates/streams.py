@@ -35,14 +35,15 @@ class Stream:
         direction = np.asarray(direction, float)
         self.velocity, self.ahead, self.now = speed * direction, PIPE * spacing / speed, 0.0
         layers = max(1, round(speed * duration / spacing))
-        across = [_disc(radius, spacing, k % 2 / 2) for k in range(layers)]
+        chance = np.random.default_rng(0)
+        across = [_disc(radius, spacing, k % 2 / 2, chance.uniform(0, 2 * np.pi)) for k in range(layers)]
         flat = np.concatenate(across)
         # No two particles of a layer leave together: a stream that is drawn out would fall apart into discs.
         within = np.concatenate([np.arange(len(disc)) * GOLDEN % 1 for disc in across])
         layer = np.repeat(np.arange(layers), [len(disc) for disc in across])
         self.times = start + (layer + within) * duration / layers
         order = np.argsort(self.times, kind="stable")
-        flat = flat + JITTER * spacing * np.random.default_rng(0).uniform(-1, 1, flat.shape)
+        flat = flat + JITTER * spacing * chance.uniform(-1, 1, flat.shape)
         self.times, flat = self.times[order], flat[order]
         u, v = _normals_of(direction)
         self.mouth = np.asarray(pos, float) + flat[:, :1] * u + flat[:, 1:] * v
@@ -72,12 +73,16 @@ def flowing(points, mouth, spacing):
     return (np.abs(points - mouth) > STILL * spacing).any(axis=1)
 
 
-def _disc(radius, spacing, shift):
-    """Return the places of particles across a round stream [m], shape (k, 2), shifted by parts of their distance."""
+def _disc(radius, spacing, shift, angle):
+    """Return the places of particles across a round stream [m], shape (k, 2), shifted by parts of their distance.
+
+    They are turned by an angle [rad], since equal layers would come down in columns, and run away in as many arms.
+    """
     reach = int(radius / spacing) + 1
     line = (np.arange(-reach, reach + 1) + shift) * spacing
     grid = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
-    return grid[(grid**2).sum(axis=1) <= radius**2]
+    c, s = np.cos(angle), np.sin(angle)
+    return grid[(grid**2).sum(axis=1) <= radius**2] @ np.array([[c, s], [-s, c]])
 
 
 def _normals_of(direction):
