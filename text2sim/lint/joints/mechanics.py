@@ -5,7 +5,7 @@ everything beyond the joint as one rigid body, which is the entry M[j][j] of the
 joints makes it larger.
 """
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from functools import cached_property
 
 from text2sim.compiler.placing.placement import Copy
@@ -13,6 +13,7 @@ from text2sim.compiler.shapes.inertials import Inertial, combined_inertial, piec
 from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
 from text2sim.compiler.trees.tree import tree_links
 from text2sim.lint.facts import Facts
+from text2sim.lint.joints.linkage import Linkage
 from text2sim.lint.joints.loaded_joint import LoadedJoint, far_from, pull_of
 from text2sim.spec_schema.names.selectors import keys_for
 from text2sim.spec_schema.text.document import Path
@@ -79,6 +80,24 @@ class Mechanics:
     def totals(self, copy: Copy) -> dict[str, Inertial]:
         """Return the inertial of every link of a copy with all links beyond it, in the world at the start, by link."""
         return self._links_of(copy).totals
+
+    def linkage(self, joint: LoadedJoint, held: Collection[str]) -> Linkage | None:
+        """Return the mechanism that a joint moves, if nothing but its own loops closes it; None otherwise.
+
+        Args:
+            joint: The joint.
+            held: Names of joints that other drives hold.
+        """
+        tree, (carried, closed) = self.facts.tree(joint.copy), self._carried
+        if tree is None or not tree.loops or joint.floating or joint.copy.name in closed:
+            return None
+        loads = [
+            (link or tree.roots[0].name, load)
+            for (name, link), masses in carried.items()
+            if name == joint.copy.name
+            for load in masses
+        ]
+        return Linkage(joint, tree, held, self.facts.plan.gravity, loads)
 
     def beyond(self, joint: LoadedJoint) -> set[str]:
         """Return the names of all links that a joint carries."""
