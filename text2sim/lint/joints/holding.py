@@ -179,10 +179,11 @@ RULES = (
         reason="""\
 A motor gives at most `max_force`, and a stalled velocity motor at most its damping times the target speed. Gravity's
 torque about a hinge is `axis . (r x m g)` of everything beyond the joint, including attached bodies, at its worst
-within the driven range; along a slider the force is `axis . m g`. Where `loops` close the mechanism, the load is the slope of its potential energy
-over the position of the joint, with the loops closed. A body attached later counts from then on, if a drive
-lifts it. Where the load, less the dry friction of the joint, exceeds what the motor gives, the joint sinks. A force
-smaller than the dry friction moves nothing.""",
+within the driven range; along a slider the force is `axis . m g`. Where `loops` close the mechanism, the load is the
+slope of its potential energy over the position of the joint, with the loops closed. A free body that `place` puts on a
+link or inside it is part of the load; one attached later counts from then on, if a drive lifts it. Where the load, less
+the dry friction of the joint, exceeds what the motor gives, the joint sinks. A force smaller than the dry friction
+moves nothing.""",
         remedy="Raise `max_force` (or the `damping` of a velocity motor) to the value in the message, or carry less.",
         example="""\
 bodies:

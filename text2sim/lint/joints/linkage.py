@@ -10,7 +10,16 @@ from dataclasses import replace
 from math import ceil
 
 from text2sim.compiler.shapes.inertials import Inertial
-from text2sim.compiler.shapes.rotation import Vec, frame_apply, quat_conjugate, quat_rotate, vector_dot
+from text2sim.compiler.shapes.rotation import (
+    ORIGIN,
+    Vec,
+    frame_apply,
+    quat_conjugate,
+    quat_rotate,
+    vector_dot,
+    vector_minus,
+    vector_plus,
+)
 from text2sim.compiler.trees.tree import StandingLink, Tree, tree_links
 from text2sim.lint.joints.loaded_joint import LoadedJoint
 
@@ -26,6 +35,9 @@ MAX_ITERATIONS = 20
 MAX_STEPS = 200
 LEAST_PART = 1e-6
 """Smallest motion of a loop by a joint, per that of the joint that moves it most, that counts."""
+
+_CORNERS: tuple[Vec, ...] = (ORIGIN, (0.1, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.1))
+"""Points [m] that coincide in two links that are welded; of those that are connected, the first."""
 
 
 class Linkage:
@@ -53,15 +65,16 @@ class Linkage:
         start = {row.link.name: row for row in self._standing(tree.initial)}
         self._masses = [(link.name, link.inertial.mass, link.inertial.center) for link in tree.links()]
         for name, inertial in carried:
-            pos, quat = start[name].pos, quat_conjugate(start[name].quat)
-            offset = tuple(c - p for c, p in zip(inertial.center, pos, strict=True))
-            self._masses.append((name, inertial.mass, quat_rotate(quat, offset)))
+            self._masses.append((name, inertial.mass, _local(start[name], inertial.center)))
         # As the engine does, loops are closed where all joints are at 0.
         zero = {row.link.name: row for row in self._standing({})}
         self._ends: list[tuple[str, Vec, str | None, Vec]] = []
         for loop in tree.loops:
-            for offset in [(0, 0, 0)] if loop.kind == "connect" else [(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.1)]:
-                point = tuple(p + d for p, d in zip(loop.anchor, offset, strict=True))
+            corners = (
+                [ORIGIN] if loop.kind == "connect" else [ORIGIN, (0.1, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.1)]
+            )
+            for offset in corners:
+                point = vector_plus(loop.anchor, offset)
                 world = frame_apply(zero[loop.a].pos, zero[loop.a].quat, point)
                 self._ends.append((loop.a, point, loop.b, _local(zero[loop.b], world) if loop.b else world))
         following = [name for name, spec in tree.joints() if spec.kind in ("hinge", "slider")]
@@ -79,10 +92,9 @@ class Linkage:
         here = self._positions(q)
         if here is None:
             return None
-        ends = [self._close({**here, self.joint.name: q + change}) for change in (SLOPE, -SLOPE)]
-        if ends[0] is None or ends[1] is None:
+        high, low = (self._close({**here, self.joint.name: q + change}) for change in (SLOPE, -SLOPE))
+        if high is None or low is None:
             return None
-        high, low = ends
         load = (self._potential(low) - self._potential(high)) / (2 * SLOPE)
         friction = sum(
             size * abs(high.get(name, 0.0) - low.get(name, 0.0)) / (2 * SLOPE)
@@ -108,14 +120,13 @@ class Linkage:
 
         for _ in range(MAX_ITERATIONS):
             gap = np.array(self._gaps(positions))
-            done = not self._following
-            if not done:
+            change = np.zeros(0)
+            if self._following:
                 slopes = np.array(self._slopes(positions)).T
                 change, _, rank, _ = np.linalg.lstsq(slopes, -gap, rcond=1e-6)
                 if rank < len(self._following):
                     return None
-                done = float(np.abs(change).max()) < SOLVED
-            if done:
+            if float(np.abs(change).max(initial=0.0)) < SOLVED:
                 return positions if float(np.abs(gap).max()) < CLOSED else None
             moved = zip(self._following, change.tolist(), strict=True)
             positions = {**positions, **{name: positions.get(name, 0.0) + by for name, by in moved}}
@@ -137,7 +148,7 @@ class Linkage:
         for a, point, b, other in self._ends:
             here = frame_apply(at[a].pos, at[a].quat, point)
             there = other if b is None else frame_apply(at[b].pos, at[b].quat, other)
-            gaps += [x - y for x, y in zip(here, there, strict=True)]
+            gaps += vector_minus(here, there)
         return gaps
 
     def _potential(self, positions: dict[str, float]) -> float:
@@ -155,5 +166,4 @@ class Linkage:
 
 
 def _local(frame: StandingLink, point: Vec) -> Vec:
-    offset = tuple(x - p for x, p in zip(point, frame.pos, strict=True))
-    return quat_rotate(quat_conjugate(frame.quat), offset)
+    return quat_rotate(quat_conjugate(frame.quat), vector_minus(point, frame.pos))
