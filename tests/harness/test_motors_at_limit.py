@@ -175,3 +175,34 @@ def test_the_ground_does_not_excuse_what_stands_on_it(new_run, make_case):
     run.add_joint("arm", "root", "free", link=upper - 1)
     run.touch(floor, upper, run.step[1:], (0, 0, 20.0), pos=(0.4, 0, 1))
     assert told(run, case_of(make_case, stand={"position": RAMP}))[1]
+
+
+def test_a_reach_takes_over_from_a_drive_and_has_no_known_target(new_run, make_case):
+    run = new_run()
+    arm(run, q=0.0, force=np.where(run.time > 0.5, 5.0, 0.0))
+    case = case_of(make_case, hold={"position": 1.0})
+    reach = {"kind": "reach", "body": "arm.upper", "start": 0.5, "times": [0.8], "positions": [[0, 0, 2]]}
+    data = case.model_dump(mode="json", exclude_unset=True, by_alias=True)
+    data["actions"]["controls"]["go"] = reach
+    rows, words = told(run, type(case).model_validate(data))
+    assert [(row["control"], row["share"], row["off"], row["failed"]) for row in rows] == [("go", 1.0, None, False)]
+    assert not words
+
+
+@pytest.mark.parametrize(("held", "excused"), [(True, True), (False, False)])
+def test_of_a_linkage_fingers_beyond_other_joints_count(new_run, make_case, held, excused):
+    """The ball touches a finger on a branch of its own, which loops may couple to the motor, and the floor or nothing."""
+    run = new_run()
+    floor = run.add_link("floor", fixed=True)
+    upper = arm(run, q=0.0, force=5.0)
+    finger = run.add_link("arm", link="finger", pos=(0.2, 0, 1))
+    run.links[finger]["parent"] = upper - 1
+    ball = run.add_link("ball", pos=(0.3, 0, 1))
+    run.add_joint("ball", "ball", "free", link=ball)
+    run.touch(finger, ball, run.step[1:], (3.0, 0, 0))
+    if held:
+        run.touch(floor, ball, run.step[1:], (-3.0, 0, 0))
+    case = case_of(make_case, file="hand.xml", close={"position": 1.0})
+    (row,), _ = told(run, case)
+    assert row["failed"] == (not excused)
+    assert told(run, case_of(make_case, close={"position": 1.0}))[1], "an open tree has no such fingers"
