@@ -177,10 +177,12 @@ def test_the_critic_reads_who_did_work_and_nothing_that_is_within_bounds(tmp_pat
     worse = evidence | {
         "penetration": small | {"value": 0.02},
         "off_path": [{"copy": "sled", "value": 0.3, "unit": "m"}],
+        "motors_at_limit": [{"joint": "arm.elbow", "share": 0.9, "off": 0.4, "unit": "rad"}],
     }
     told = evidence_text(tmp_path, worse, {"state": "finished"}, ())
     assert "penetration: at most 0.02 m, `a` and `b`, at 0.1 s" in told
     assert "off_path: [{copy: sled, value: 0.3" in told
+    assert "motors_at_limit: [{joint: arm.elbow, share: 0.9" in told
 
 
 def test_of_a_repeat_the_ends_are_told_and_what_has_a_problem(tmp_path: Path) -> None:

@@ -135,3 +135,86 @@ bodies:
         0.0,
         within=1e-4,
     )
+
+
+GATE = """\
+<robot name="gate">
+  <link name="post"><collision><geometry><box size="0.05 0.05 0.05"/></geometry></collision></link>
+  <link name="arm">
+    <inertial><origin xyz="0.15 0 0"/><mass value="0.3"/>
+      <inertia ixx="1e-4" iyy="0.0023" izz="0.0023" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><origin xyz="0.15 0 0"/><geometry><box size="0.2 0.02 0.03"/></geometry></collision>
+  </link>
+  <link name="tip">
+    <inertial><origin xyz="0.05 0 0"/><mass value="0.05"/>
+      <inertia ixx="1e-5" iyy="5e-5" izz="5e-5" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><origin xyz="0.05 0 0"/><geometry><box size="0.06 0.02 0.02"/></geometry></collision>
+  </link>
+  <joint name="swing" type="revolute">
+    <parent link="post"/><child link="arm"/><origin xyz="0 0 0.18"/><axis xyz="0 -1 0"/>
+    <limit lower="-0.5" upper="1.4" effort="5" velocity="2"/>
+  </joint>
+  <joint name="fold" type="revolute">
+    <parent link="arm"/><child link="tip"/><origin xyz="0.3 0 0"/><axis xyz="0 -1 0"/>
+    <limit lower="-1.4" upper="0.5" effort="2" velocity="2"/>
+    <mimic joint="swing" multiplier="-0.5" offset="0"/>
+  </joint>
+</robot>
+"""
+JAWS = """\
+<mujoco>
+  <worldbody>
+    <body name="left">
+      <joint name="left" type="slide" axis="0 1 0" damping="2"/>
+      <geom type="box" size="0.02 0.02 0.02" pos="0 0.1 0"/>
+    </body>
+    <body name="right">
+      <joint name="right" type="slide" axis="0 -1 0" damping="2"/>
+      <geom type="box" size="0.02 0.02 0.02" pos="0 -0.1 0"/>
+    </body>
+  </worldbody>
+  <equality><joint joint1="left" joint2="right" polycoef="0 1 0 0 0"/></equality>
+  <actuator><position joint="left" kp="200" kv="10" forcerange="-3 3"/></actuator>
+</mujoco>
+"""
+
+
+def test_couplings_of_files_and_loops_share_a_scene(simulate, agree):
+    """A `mimic` follows by its factor, coupled jaws open alike, a loop stays closed; limits of motors are recorded."""
+    trial = simulate(
+        """
+scene: {duration: 1.0, dt: 0.005}
+bodies:
+  pair:
+    kind: articulated
+    pose: {pos: [0, 0, 2]}
+    links:
+      base: {shape: {kind: box, size: [0.02, 0.02, 0.02]}}
+      a: {parent: base, pose: {pos: [0, 0, -0.3]}, shape: {kind: box, size: [0.02, 0.02, 0.2]}, joint: {kind: hinge, axis: y, anchor: [0, 0, 0.1], actuator: {stiffness: 50, damping: 5, max_force: 4}}}
+      b: {parent: base, pose: {pos: [0.05, 0, -0.3]}, shape: {kind: box, size: [0.02, 0.02, 0.2]}, joint: {kind: hinge, axis: y, anchor: [0, 0, 0.1], actuator: {damping: 0.1}}}
+    loops: {pin: {between: [a, b], anchor: [0, 0, -0.1]}}
+  gate: {kind: articulated, file: gate.urdf, pose: {pos: [1, 0, 1]}, joints: {swing: {actuator: {stiffness: 60, damping: 6}}}}
+  jaws: {kind: articulated, file: jaws.xml, pose: {pos: [2, 0, 1]}}
+actions:
+  controls:
+    open: {kind: drive, joint: gate.swing, position: {kind: ramp, to: 0.8, end: 0.6}}
+    part: {kind: drive, joint: jaws.left, position: {kind: ramp, to: 0.05, end: 0.6}}
+""",
+        {"gate.urdf": GATE, "jaws.xml": JAWS},
+    )
+    swing, fold = trial.joint("gate.swing")[0], trial.joint("gate.fold")[0]
+    assert swing[-1] > 0.75
+    agree("mimic joint: follows its factor [rad]", fold, -0.5 * swing, within=0.01)
+    left, right = trial.joint("jaws.left")[0], trial.joint("jaws.right")[0]
+    assert left[-1] > 0.045
+    agree("coupled jaws: open alike [m]", right, left, within=1e-3)
+    ends = [
+        trial.pos(f"pair.{name}") + trial.turn(f"pair.{name}") @ (x, 0, -0.1) for name, x in (("a", 0), ("b", -0.05))
+    ]
+    agree("loop beside a mimic: gap [m]", np.linalg.norm(ends[1] - ends[0], axis=1), 0.0, within=1e-4)
+    joints = {(j.body, j.name): j for j in trial.states.joints}
+    limits = [joints[name].max_force for name in (("pair", "a"), ("pair", "b"), ("gate", "swing"), ("jaws", "left"))]
+    assert limits == [4.0, None, 5.0, 3.0]
+    pin = joints["gate", "fold"]
+    agree("recorded axis", pin.axis, (0, -1, 0), within=1e-6)
+    agree("recorded anchor [m]", pin.anchor, (1.3, 0, 1.18), within=1e-6)

@@ -130,7 +130,8 @@ def citable_items(evidence: Mapping[str, Any] | None, frames: int, bodies: Itera
 
 
 DIAGNOSTICS = ("energy", "penetration", "speeds", "joint_limits", "deformables", "suspicions", "contacts", "visibility",
-               "legibility", "non_finite", "driven", "off_path", "bonds", "causes")  # fmt: skip
+               "legibility", "non_finite", "driven", "off_path", "motors_at_limit", "bonds",
+               "causes")  # fmt: skip
 
 
 def _outcome(record: Mapping[str, Any]) -> str:
@@ -243,6 +244,7 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
         ("joint_limits", over[:MAX_MINOR_ROWS]),
         ("driven", evidence.get("driven")),
         ("off_path", off[:MAX_MINOR_ROWS]),
+        ("motors_at_limit", (evidence.get("motors_at_limit") or [])[:MAX_MINOR_ROWS]),
         ("bonds", evidence.get("bonds")),
     ):
         if found:

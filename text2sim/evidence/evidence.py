@@ -18,6 +18,7 @@ from text2sim.evidence.events import EventLog, Occurrence, episode_rows, find_ev
 from text2sim.evidence.expectations import Ending, Finding, judge_expectations
 from text2sim.evidence.gone_through import gone_through
 from text2sim.evidence.measures import Series, evaluate
+from text2sim.evidence.motors_at_limit import motors_at_limit, overloaded
 from text2sim.evidence.off_path import held_up, off_path
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.soft_diagnostics import soft_diagnostics
@@ -71,7 +72,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
         if lacking:
             verdict, why = "incomplete", f"the recording is damaged: {lacking}; run the case again"
         deforming = soft_diagnostics(recording)
-        driven = off_path(recording)
+        driven, motors = off_path(recording), motors_at_limit(recording, events)
         evidence = {
             "case": case.name,
             "verdict": verdict,
@@ -98,12 +99,14 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
                 *suspicions(recording, deforming),
                 *gone_through(recording),
                 *held_up(driven),
+                *overloaded(motors),
                 *diagnostics.energy_from_nowhere(recording),
             ],
             "removed": recording.states.removed,
             "bonds": bonds.summary(recording),
             "driven": recording.names.driven,
             "off_path": driven,
+            "motors_at_limit": motors,
             "contacts": contacts,
             "visibility": summarise_visibility(run_dir, list(case.bodies)),
             "legibility": summarise_legibility(run_dir, case, events),

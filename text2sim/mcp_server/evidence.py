@@ -27,6 +27,7 @@ DIAGNOSTICS = (
     "contacts",
     "driven",
     "off_path",
+    "motors_at_limit",
 )
 
 Part = Callable[[Path, int], ToolAnswer]

@@ -64,6 +64,8 @@ class LinkRecord:
     """About the centre of mass [kg m2], in the link's frame."""
     fixed: bool
     """Whether it is fixed to the world."""
+    parent: int = -1
+    """Column of the link that carries it; -1 for a root, and in a recording of an older version."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,12 @@ class JointRecord:
     """[rad or m]; None without a limit."""
     link: int = -1
     """Column of the link that it carries."""
+    max_force: float | None = None
+    """Limit of its motor [N or N m]; None without one, and in a recording of an older version."""
+    anchor: tuple[float, ...] = (0.0, 0.0, 0.0)
+    """A point of a hinge's axis at the start [m], world."""
+    axis: tuple[float, ...] = (0.0, 0.0, 0.0)
+    """Direction of a hinge or slider at the start, world."""
 
 
 @dataclass(frozen=True)
@@ -268,14 +276,17 @@ def _link(index: int, row: dict[str, Any]) -> LinkRecord:
     inertia = np.asarray(row["inertia"], dtype=float).reshape(3, 3)
     return LinkRecord(
         index, str(row["body"]), str(row["link"]), float(row["mass"]), (a, b, c),
-        tuple(tuple(r) for r in inertia.tolist()), bool(row["fixed"]),
+        tuple(tuple(r) for r in inertia.tolist()), bool(row["fixed"]), int(row.get("parent", -1)),
     )  # fmt: skip
 
 
 def _joint(row: dict[str, Any]) -> JointRecord:
     low, high = row["limits"][0] if row["kind"] in ("hinge", "slider") else (None, None)
     (q0, q1), (d0, d1) = row["q"], row["dofs"]
+    limit = row["max_force"][0] if row["kind"] in ("hinge", "slider") and "max_force" in row else None
+    anchor, axis = (tuple(float(v) for v in row.get(key, (0.0, 0.0, 0.0))) for key in ("anchor", "axis"))
     return JointRecord(
         str(row["body"]), str(row["joint"]), str(row["kind"]), (int(q0), int(q1)), (int(d0), int(d1)),
         (None if low is None else float(low), None if high is None else float(high)), int(row.get("link", -1)),
+        None if limit is None else float(limit), anchor, axis,
     )  # fmt: skip

@@ -6,6 +6,7 @@ from hashlib import sha256
 import genesis as gs
 import quadrants as qd
 from genesis.engine.couplers import SAPCoupler, sap_coupler
+from genesis.engine.entities.rigid_entity.rigid_equality import RigidEquality
 from genesis.engine.solvers.rigid.abd import forward_kinematics
 from genesis.engine.solvers.rigid.collider import support_field
 from genesis.utils import array_class
@@ -27,6 +28,7 @@ def mend(sap: bool = False) -> None:
     """
     _mend_cylinders()
     _mend_ball_springs()
+    _mend_equalities()
     if sap:
         _mend_motionless_scenes()
         _mend_deep_contacts()
@@ -123,6 +125,15 @@ def _mend_ball_springs() -> None:
 @qd.func
 def _rotvec_to_quat(rotvec):
     return gu.qd_rotvec_to_quat(rotvec, gs.EPS)
+
+
+def _mend_equalities() -> None:
+    """Lets joints of URDF files that mimic others share a scene with loops and with MJCF files.
+
+    Genesis 1.4.5 stacks the numbers of all constraints into one array: 11 of each `mimic`, but as many as MuJoCo keeps
+    (12 since 4.0) of each loop. Its kernel reads the first 11.
+    """
+    RigidEquality.eq_data = property(lambda equality: equality.desc.data[:11])
 
 
 def _at_least_one(sizes):

@@ -334,10 +334,17 @@ def _layout(scene, bodies: dict, link_bodies: list[str], offsets: np.ndarray) ->
             "com": com[link.idx].tolist(),
             "inertia": inertia[link.idx].tolist(),
             "fixed": bool(link.is_fixed),
+            "parent": link.parent_idx,
         }
         for link in solver.links
     ]
     limits = [[x if np.isfinite(x) else None for x in pair] for pair in limits]
+    low, high = (bound.cpu().numpy().astype(float) for bound in solver.get_dofs_force_range())
+    strongest = [x if np.isfinite(x) else None for x in np.maximum(-low, high)]
+    anchors, axes = (
+        rows.cpu().numpy().astype(float).tolist()
+        for rows in (solver.get_joints_anchor_pos(), solver.get_joints_anchor_axis())
+    )
     joints = [
         {
             "body": name,
@@ -347,6 +354,9 @@ def _layout(scene, bodies: dict, link_bodies: list[str], offsets: np.ndarray) ->
             "q": [joint.q_start, joint.q_end],
             "dofs": [joint.dof_start, joint.dof_end],
             "limits": limits[joint.dof_start : joint.dof_end],
+            "max_force": strongest[joint.dof_start : joint.dof_end],
+            "anchor": anchors[joint.idx],
+            "axis": axes[joint.idx],
         }
         for name, entity in bodies.items()
         for joint in entity.joints

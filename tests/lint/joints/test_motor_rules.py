@@ -8,6 +8,7 @@ from lint_support import expect_words, findings
 G = 9.81
 
 LIFT = """
+actions: {{controls: {{go: {{kind: drive, joint: lift, {target}}}}}}}
 bodies:
   lift:
     kind: rigid
@@ -15,7 +16,6 @@ bodies:
     material: {{mass: 4}}
     pose: {{pos: [0, 0, 1]}}
     mount: {{kind: slider, axis: {axis}, {joint} actuator: {{{motor}}}}}
-actions: {{controls: {{go: {{kind: drive, joint: lift, {target}}}}}}}
 """
 ARM = """
 scene: {{duration: 3}}
@@ -47,6 +47,11 @@ actions:
 """
 
 
+CRATE = """
+  crate: {kind: rigid, shape: {kind: box, size: [0.1, 0.1, 0.1]}, material: {mass: 1}, place: {on: lift}}
+"""
+
+
 def lift(axis: str = "z", joint: str = "", motor: str = "", target: str = "position: 0") -> str:
     return LIFT.format(axis=axis, joint=joint, motor=motor, target=target)
 
@@ -63,6 +68,8 @@ def arm(upper: float = 100, lower: float = 100, more: str = "", position: str = 
         (lift(motor="stiffness: 8000, damping: 300"), ""),
         (lift("x", motor="stiffness: 8000, damping: 300, max_force: 5"), ""),  # gravity does not pull along x
         (lift(joint="friction: 10,", motor="stiffness: 8000, damping: 300, max_force: 35"), ""),  # friction helps
+        # What is put on it is part of the load: 9.81 x 5 kg = 49.1 N.
+        (lift(motor="stiffness: 8000, damping: 300, max_force: 45") + CRATE, "(5 kg) takes 49.1 N"),
         (lift(motor="damping: 100", target="velocity: 0.2"), "with damping 100 its motor stalls at 20 N"),
         (lift(motor="damping: 100", target="velocity: 0.6"), ""),
         (lift("x", "friction: 10,", "damping: 1", "force: 8"), "dry friction of `lift` (10 N) is larger than this"),

@@ -27,10 +27,11 @@ MIN_MISSING_SPEED = 0.1
 @one_per_place
 def _slow_motors(facts: Facts) -> Iterator[Problem]:
     for motor in powered(facts):
-        if motor.limit == inf or motor.joint.closed:
+        if motor.limit == inf or (motor.joint.closed and motor.linkage is None):
             continue
-        # In a floating tree, both sides of the joint move, so only the force for the motor's damping is certain.
-        own = 0.0 if motor.joint.floating else motor.joint.inertia
+        # In a floating tree, both sides of the joint move, and in a linkage, other links move otherwise than in an open
+        # tree, so only the force for the motor's damping is certain.
+        own = 0.0 if motor.joint.floating or motor.linkage is not None else motor.joint.inertia
         inertia = own + facts.substep * motor.damping
         found = []
         for span in motor.spans:
@@ -66,7 +67,7 @@ def _load(motor: Powered, demand: Demand, mode: str) -> float:
     if mode == "position":
         points = [demand.first + k / 4 * (demand.last - demand.first) for k in range(5)]
         load -= sign * sum(motor.load(q) for q in points) / 5
-    elif not motor.joint.hinge:
+    elif not motor.joint.hinge and motor.linkage is None:
         load -= sign * motor.joint.pull[0]
     return max(0.0, load)
 

@@ -27,14 +27,20 @@ MIN_DROOP = 0.05
 DROOP_HELD = {"hinge": 0.1, "slider": 0.01}
 """Smallest reported static error [rad, m] of a joint that only holds its position."""
 
+LINKAGE_SAMPLES = 8
+"""Parts of the way of a linkage at whose ends its load is computed."""
+
 
 def _largest_load(motor: Powered, span: Span) -> tuple[float, float]:
     """Return the position within the targets of a span at which the load is largest, and that load."""
     low, high = span.extremes()
     if span.mode == "velocity":
         low, high = _reached_positions(motor, low, high, span.end - span.start)
-    middle, _ = motor.joint.heaviest(low, high)
-    return max(((q, motor.load(q)) for q in (low, high, middle)), key=lambda pair: abs(pair[1]))
+    if motor.linkage is not None:
+        places = [low + k / LINKAGE_SAMPLES * (high - low) for k in range(LINKAGE_SAMPLES + 1)]
+    else:
+        places = [low, high, motor.joint.heaviest(low, high)[0]]
+    return max(((q, motor.load(q)) for q in places), key=lambda pair: abs(pair[1]))
 
 
 def _reached_positions(motor: Powered, slowest: float, fastest: float, time: float) -> tuple[float, float]:
@@ -50,7 +56,7 @@ def _reached_positions(motor: Powered, slowest: float, fastest: float, time: flo
 @one_per_place
 def _weak(facts: Facts) -> Iterator[Problem]:
     for motor in powered(facts):
-        if not motor.alone:
+        if not motor.loaded:
             continue
         for span in motor.spans:
             problem = _stuck_motor(facts, motor, span) if span.mode == "force" else _sinks(facts, motor, span)
@@ -58,6 +64,8 @@ def _weak(facts: Facts) -> Iterator[Problem]:
                 yield problem
                 break
         else:
+            if not motor.alone:
+                continue
             heavy = (_sinks(facts, lift.motor, lift.span, lift) for lift in lifts(motor))
             yield from islice(filter(None, heavy), 1)
 
@@ -76,7 +84,8 @@ def _sinks(facts: Facts, motor: Powered, span: Span, lift: Lift | None = None) -
     if needed <= most * MIN_OVERLOAD:
         return None
     unit, force = joint.units
-    at = f" at {q:.3g} {unit}" if joint.hinge and any(joint.pull) else ""
+    at = f" at {q:.3g} {unit}" if motor.linkage is not None or (joint.hinge and any(joint.pull)) else ""
+    mass = "and all that its loops move" if motor.linkage is not None else f"({joint.mass:.3g} kg)"
     remedy = f"max_force of {at_least(1.2 * needed)}"
     limit = f"its motor gives at most {amount(most, force)}"
     if key == "damping":
@@ -84,7 +93,7 @@ def _sinks(facts: Facts, motor: Powered, span: Span, lift: Lift | None = None) -
         limit = f"with damping {motor.damping:g} its motor stalls at {amount(most, force)}"
     attached = "" if lift is None else f" with `{lift.load}`, which `{lift.control}` attaches at {lift.at:g} s,"
     text = (
-        f"holding the load of `{motor.label}`{attached} ({joint.mass:.3g} kg) takes {amount(needed, force)}{at}, and "
+        f"holding the load of `{motor.label}`{attached} {mass} takes {amount(needed, force)}{at}, and "
         f"{limit}: it will sink; give the motor a {remedy} or more, or reduce its load"
     )
     return facts.problem("weak-motor", motor.where(key), text)
@@ -92,6 +101,8 @@ def _sinks(facts: Facts, motor: Powered, span: Span, lift: Lift | None = None) -
 
 def _stuck_motor(facts: Facts, motor: Powered, span: Span) -> Problem | None:
     joint, force = motor.joint, motor.joint.units[1]
+    if not motor.alone:
+        return None
     most = min(max(map(abs, span.extremes())), motor.limit)
     _, pull = joint.heaviest(joint.start, joint.start)
     if not 0.0 < most < joint.spec.friction - abs(pull):
@@ -108,7 +119,7 @@ def _droops(facts: Facts) -> Iterator[Problem]:
     for motor in powered(facts):
         joint = motor.joint
         positions = [span for span in motor.spans if span.mode == "position"]
-        if not motor.alone or motor.stiffness <= 0.0 or not positions:
+        if not motor.loaded or motor.stiffness <= 0.0 or not positions:
             continue
         extremes = [span.extremes() for span in positions]
         travel = max(high for _, high in extremes) - min(low for low, _ in extremes)
@@ -168,9 +179,11 @@ RULES = (
         reason="""\
 A motor gives at most `max_force`, and a stalled velocity motor at most its damping times the target speed. Gravity's
 torque about a hinge is `axis . (r x m g)` of everything beyond the joint, including attached bodies, at its worst
-within the driven range; along a slider the force is `axis . m g`. A body attached later counts from then on, if a drive
-lifts it. Where the load, less the dry friction of the joint, exceeds what the motor gives, the joint sinks. A force
-smaller than the dry friction moves nothing.""",
+within the driven range; along a slider the force is `axis . m g`. Where `loops` close the mechanism, the load is the
+slope of its potential energy over the position of the joint, with the loops closed. A free body that `place` puts on a
+link or inside it is part of the load; one attached later counts from then on, if a drive lifts it. Where the load, less
+the dry friction of the joint, exceeds what the motor gives, the joint sinks. A force smaller than the dry friction
+moves nothing.""",
         remedy="Raise `max_force` (or the `damping` of a velocity motor) to the value in the message, or carry less.",
         example="""\
 bodies:

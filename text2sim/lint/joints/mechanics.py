@@ -5,16 +5,20 @@ everything beyond the joint as one rigid body, which is the entry M[j][j] of the
 joints makes it larger.
 """
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from functools import cached_property
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.inertials import Inertial, combined_inertial, piece_inertial
 from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
+from text2sim.compiler.shapes.sweep import sweep
+from text2sim.compiler.soft.solvers import is_soft
 from text2sim.compiler.trees.tree import tree_links
 from text2sim.lint.facts import Facts
+from text2sim.lint.joints.linkage import Linkage
 from text2sim.lint.joints.loaded_joint import LoadedJoint, far_from, pull_of
-from text2sim.spec_schema.names.selectors import keys_for
+from text2sim.lint.motion.flight import MAX_RESTING_GAP
+from text2sim.spec_schema.names.selectors import body_of, keys_for
 from text2sim.spec_schema.text.document import Path
 
 ONE_DOF = ("hinge", "slider")
@@ -80,6 +84,24 @@ class Mechanics:
         """Return the inertial of every link of a copy with all links beyond it, in the world at the start, by link."""
         return self._links_of(copy).totals
 
+    def linkage(self, joint: LoadedJoint, held: Collection[str]) -> Linkage | None:
+        """Return the mechanism that a joint moves, if nothing but its own loops closes it; None otherwise.
+
+        Args:
+            joint: The joint.
+            held: Names of joints that other drives hold.
+        """
+        tree, (carried, closed) = self.facts.tree(joint.copy), self._carried
+        if tree is None or not tree.loops or joint.floating or joint.copy.name in closed:
+            return None
+        loads = [
+            (link or tree.roots[0].name, load)
+            for (name, link), masses in carried.items()
+            if name == joint.copy.name
+            for load in masses
+        ]
+        return Linkage(joint, tree, held, self.facts.plan.gravity, loads)
+
     def beyond(self, joint: LoadedJoint) -> set[str]:
         """Return the names of all links that a joint carries."""
         links = self._links_of(joint.copy)
@@ -96,7 +118,7 @@ class Mechanics:
 
     @cached_property
     def _carried(self) -> tuple[dict[tuple[str, str], list[Inertial]], set[str]]:
-        """Inertials welded to links from the start, and the copies whose joints something else also holds."""
+        """Inertials on links from the start, welded or placed there, and the copies that something else also holds."""
         groups: dict[tuple[str, str], set[tuple[str, str]]] = {}
         closed: set[str] = set()
         for weld in self.facts.rows.welds:
@@ -119,7 +141,30 @@ class Mechanics:
                 carried[held_ends[0]] = loads
             elif held_ends:
                 closed |= {name for name, _ in held_ends}
+        welded = {name for weld in self.facts.rows.welds for name in (weld.a, weld.b)}
+        for copy in self.facts.copies.values():
+            if copy.name not in welded and (end := self._stands_on(copy)) is not None:
+                carried.setdefault(end, []).append(self.inertial(copy))
         return carried, closed
+
+    def _stands_on(self, copy: Copy) -> tuple[str, str] | None:
+        """Return the copy with motors, and its link, on which the case places a free rigid copy; None if on none."""
+        place = getattr(copy.model, "place", None)
+        below = place and (place.on or place.inside)
+        if not below or is_soft(copy.model) or not self.facts.free(copy):
+            return None
+        down = (-self.facts.up[0], -self.facts.up[1], -self.facts.up[2])
+        own = [part.solid for part in self.facts.parts(copy)]
+        powered = {entity for entity, _ in self.motors}
+        gaps: dict[tuple[str, str], float] = {}
+        for other in self.facts.placed.get(body_of(below), ()):
+            driven = other.name in powered and self._is_held(other.name) and self.facts.tree(other) is not None
+            parts = self.facts.parts(other) if driven else []
+            for link in {part.link for part in parts if part.moves and part.link}:
+                gap = sweep(own, [part.solid for part in parts if part.link == link], down)
+                if gap is not None and gap < MAX_RESTING_GAP:
+                    gaps[other.name, link] = gap
+        return min(gaps, key=lambda end: gaps[end], default=None)
 
     @cached_property
     def _loaded(self) -> set[str]:

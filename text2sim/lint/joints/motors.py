@@ -16,6 +16,7 @@ from math import inf, sqrt
 
 from text2sim.lint.facts import Facts, once_per_case
 from text2sim.lint.joints.drives import Span, spans_of
+from text2sim.lint.joints.linkage import Linkage
 from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.spec_schema.text.document import Path
@@ -35,6 +36,8 @@ class Powered:
     damping: float
     limit: float
     """Largest force; infinite without a limit."""
+    linkage: Linkage | None = None
+    """What it moves, if it is closed by loops of its own."""
 
     @property
     def label(self) -> str:
@@ -45,6 +48,11 @@ class Powered:
     def alone(self) -> bool:
         """Whether nothing else holds the load of the joint."""
         return not (self.joint.closed or self.joint.floating)
+
+    @property
+    def loaded(self) -> bool:
+        """Whether the load of the joint is known: nothing else holds it, or only the loops of its linkage do."""
+        return self.alone or self.linkage is not None
 
     def where(self, key: str) -> Path:
         """Return the path of a value of the motor, or of the motor if the case does not give the value."""
@@ -63,7 +71,12 @@ class Powered:
         return found
 
     def load(self, q: float) -> float:
-        """Return the torque [N m] or force [N] of gravity and of the joint's spring at a position."""
+        """Return the torque [N m] or force [N] of gravity and of the joint's spring at a position; of a linkage, too.
+
+        0 where a linkage cannot get, or is free to move otherwise.
+        """
+        if self.linkage is not None:
+            return self.linkage.load(q) or 0.0
         return self.joint.gravity(q) - self.joint.spec.spring * q
 
     def critical(self, stiffness: float) -> float:
@@ -97,4 +110,6 @@ def _all_powered(facts: Facts) -> Iterator[Powered]:
         seen.add(key)
         motor = joint.motor
         stiffness, damping, limit = (motor.stiffness, motor.damping, motor.max_force) if motor else (0.0, 0.0, None)
-        yield Powered(mechanics, joint, tuple(spans), stiffness, damping, inf if limit is None else limit)
+        held = {other for (copy, other) in spans_of(facts) if copy == entity and other != name}
+        linkage = mechanics.linkage(joint, held) if joint.closed else None
+        yield Powered(mechanics, joint, tuple(spans), stiffness, damping, inf if limit is None else limit, linkage)
