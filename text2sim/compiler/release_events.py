@@ -88,9 +88,22 @@ class _Writer:
             if event.above is not None:
                 return _call("Crossing", _list([_call("above", value, event.above)]))
             return _call("Crossing", _list([_call("below", value, event.below)]))
+        if isinstance(event, events.RestEvent):
+            chosen = self._chosen(event.of)
+            if any(is_soft(copy.model) for copy, _ in chosen):
+                raise UnseenError(
+                    f"`{name}` is about a deformable body, whose rest a program does not see while it runs; use a "
+                    "threshold of its speed"
+                )
+            speeds = [
+                Code(f"({literal(copy.name)}, {_call('norm', velocity)})")
+                for (copy, _), velocity in zip(chosen, self._velocities(event.of, None), strict=True)
+            ]
+            removes = any(isinstance(control, Remove) for control in self.loaded.case.actions.controls.values())
+            return _call("Rest", _list(speeds), event.speed, event.for_, Code("gone") if removes else None)
         raise UnseenError(
             f"a program cannot see `{name}` ({event.kind}) while it runs; it sees contact between bodies of links, "
-            "enters, leaves, and threshold"
+            "enters, leaves, threshold, and rest of bodies of links"
         )
 
     def _touch(self, name: str, event: events.ContactEvent) -> Code:
