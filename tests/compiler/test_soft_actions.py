@@ -129,6 +129,31 @@ def test_each_event_has_its_words():
         assert words in made.watches[-1].make
 
 
+CHAIN = """\
+hang: {kind: attach, body: cube, to: world}
+off: {kind: release, attach: hang, on: rests}
+also_off: {kind: release, attach: hang, at: 0.7}
+weld: {kind: attach, body: ball, to: world}
+drop: {kind: release, attach: weld, on: next}"""
+
+
+def test_an_event_may_come_after_a_release():
+    """What the program does itself is watched for behind the event on which it does so."""
+    let_go = (
+        "    loose: {kind: released, attach: hang}\n    next: {kind: rest, of: stool, after: loose}\n    part: {kind"
+    )
+    watches = plan(CHAIN, **{"    part: {kind": let_go}).watches
+    assert [(watch.name, watch.after) for watch in watches] == [
+        ("hit", None), ("rests", "hit"), ("loose", None), ("next", "loose")
+    ]  # fmt: skip
+    assert watches[2].make == "Deed(['rests', 0.7])"
+    with pytest.raises(SpecError) as refused:
+        plan(CHAIN.replace("on: rests", "on: next"), **{"    part: {kind": let_go})
+    assert {problem.message for problem in refused.value.problems} == {
+        "`next` waits for itself: `after` or a release goes in a circle"
+    }
+
+
 def test_what_is_removed_is_not_at_rest():
     controls = "off: {kind: remove, body: stool, on: rests}"
     assert plan(controls).watches[-1].make.endswith("], 0.05, 0.2, gone)")
@@ -139,7 +164,10 @@ def test_what_is_removed_is_not_at_rest():
     ("event", "words"),
     [
         ("heavy", "it sees position, displacement, velocity, speed, distance and joint_position"),
-        ("part", "it sees contact between bodies of links, enters, leaves, threshold, and rest of bodies of links"),
+        (
+            "part",
+            "it sees contact between bodies of links, enters, leaves, threshold, rest of bodies of links, released and removed",
+        ),
         ("calms", "`calms` is about a deformable body, whose rest a program does not see"),
         ("slap", "whose contacts the engine does not report"),
         ("hard", "leave out min_impulse"),

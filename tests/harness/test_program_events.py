@@ -70,9 +70,15 @@ def test_both_find_the_same_rest(triggers, new_run, make_case):
         "both": rest | {"of": ["ball", "other"], "for": 0.1},
         "other_after": rest | {"of": "other", "after": "calm_after"},
         "push_after": fast | {"after": "other_after"},
+        "let_go": {"kind": "released", "attach": "hold"},
+        "other_let_go": rest | {"of": "other", "after": "let_go"},
+    }
+    controls = {
+        "hold": {"kind": "attach", "body": "other", "to": "world"},
+        "drop": {"kind": "release", "attach": "hold", "on": "calm_after"},
     }
     case = make_case(
-        bodies=("ball", "other"), measures={"speed": {"kind": "speed", "of": "ball"}}, controls={}, events=events
+        bodies=("ball", "other"), measures={"speed": {"kind": "speed", "of": "ball"}}, controls=controls, events=events
     )
     lasts = {name: event.get("for", 0.0) for name, event in events.items()}
     happened = []
@@ -91,6 +97,8 @@ def test_both_find_the_same_rest(triggers, new_run, make_case):
             if event["kind"] == "rest":
                 rows = [(body, replay.speed(body)) for body in listed(event["of"])]
                 watch = triggers.Rest(rows, event["speed"], event["for"])
+            elif event["kind"] == "released":
+                watch = triggers.Deed([controls["drop"]["on"]])
             else:
                 watch = triggers.Crossing([triggers.above(replay.speed("ball"), event["above"])])
             watches.append((name, watch, event.get("after")))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from text2sim.evidence.events import find_events
+from text2sim.evidence.measures import evaluate
 
 DT, H, RATE, SPEED, SLOW, LASTS, G = 0.01, 0.005, 3.0, 1.0, 0.05, 0.1, 9.81
 CASE = f"""
@@ -11,6 +12,7 @@ scene: {{duration: 1.5, dt: {DT}, substeps: 2, statics: {{floor: {{shape: {{kind
 bodies:
   ball: {{kind: rigid, shape: {{kind: sphere, radius: 0.1}}, pose: {{pos: [0, 0, 0.1]}}, mount: {{kind: free, damping: {RATE}}}}}
   next: {{kind: rigid, shape: {{kind: sphere, radius: 0.1}}, pose: {{pos: [0, 2, 3]}}}}
+  last: {{kind: rigid, shape: {{kind: sphere, radius: 0.1}}, pose: {{pos: [0, 8, 3]}}}}
   mark: {{kind: rigid, shape: {{kind: box, size: [0.1, 0.1, 0.1]}}, pose: {{pos: [0, 4, 0.05]}}}}
   gate:
     kind: rigid
@@ -22,11 +24,16 @@ actions:
     roll: {{kind: initial_velocity, body: ball, linear: [{SPEED}, 0, 0], angular: [0, {SPEED / 0.1}, 0]}}
     hold: {{kind: attach, body: next, to: world}}
     drop: {{kind: release, attach: hold, on: calm}}
+    hold_last: {{kind: attach, body: last, to: world}}
+    drop_last: {{kind: release, attach: hold_last, on: fallen}}
     no_mark: {{kind: remove, body: mark, on: calm}}
     open: {{kind: drive, joint: gate, on: calm, position: {{kind: ramp, from: 0, to: 0.2, start: 0, end: 0.2, ease: linear}}}}
+  measures:
+    fall: {{kind: displacement, of: next}}
   events:
     calm: {{kind: rest, of: ball, speed: {SLOW}, for: {LASTS}}}
     let_go: {{kind: released, attach: hold}}
+    fallen: {{kind: threshold, measure: fall, above: 0.1, after: let_go}}
     gone: {{kind: removed, remove: no_mark}}
 """
 
@@ -47,7 +54,7 @@ def test_the_ball_rolls_and_stops_as_it_would_in_a_viscous_medium(trial, agree):
 
 
 def test_the_program_acts_when_the_rest_of_the_evidence_has_lasted(trial, agree):
-    log = find_events(trial.recording, {})
+    log = find_events(trial.recording, evaluate(trial.recording))
     calm = log.first("calm")
     agree("rest begins [s]", calm, np.log(SPEED / SLOW) / RATE, within=DT + RATE * H * calm)
     acts = calm + LASTS
@@ -58,4 +65,9 @@ def test_the_program_acts_when_the_rest_of_the_evidence_has_lasted(trial, agree)
     fallen = trial.pos("next")[0, 2] - trial.pos("next")[:, 2]
     t = np.maximum(trial.time - acts, 0.0)
     agree("let go: fall [m]", fallen, G * t * t / 2, within=G * t[-1] * (DT + H))
+    fallen = log.first("fallen")
+    agree("fallen by 0.1 m [s]", fallen, acts + np.sqrt(2 * 0.1 / G), within=DT + H)
+    t_last = np.maximum(trial.time - fallen, 0.0)
+    fall = trial.pos("last")[0, 2] - trial.pos("last")[:, 2]
+    agree("the last one: fall [m]", fall, G * t_last * t_last / 2, within=G * t_last[-1] * (DT + H))
     agree("driven: way [m]", trial.joint("gate")[0], np.minimum(t, 0.2), within=0.01 + DT)
