@@ -39,7 +39,7 @@ class Triggers:
         for name, watch, after in self.watches:
             if name in self.began:
                 continue
-            watch.look(round(t / self.dt), self.dt, self.happened)
+            watch(round(t / self.dt), self.dt, self.happened)
             since = -np.inf if after is None else self.began.get(after)
             if since is not None and (moment := watch.first(since)) is not None:
                 self.began[name], self.happened[name] = moment, moment + watch.lasts
@@ -53,7 +53,7 @@ class Moments:
     def __init__(self):
         self.moments = []
 
-    def look(self, step, dt, happened):
+    def __call__(self, step, dt, happened):
         """Note whether it happened in the step that ends now."""
         moment = self.moment(step, dt)
         if moment is not None:
@@ -134,7 +134,7 @@ class Deed(Moments):
         super().__init__()
         self.whens = set(whens)
 
-    def look(self, step, dt, happened):
+    def __call__(self, step, dt, happened):
         """Note what is due in the step that begins now."""
         for when in list(self.whens):
             moment = happened.get(when) if isinstance(when, str) else when
@@ -160,7 +160,7 @@ class Rest:
         self.crossing = Crossing([slowness])
         self.lasts, self.spans, self.quiet = lasts, [], False
 
-    def look(self, step, dt, happened):
+    def __call__(self, step, dt, happened):
         """Note whether all are at rest now, and since when."""
         begin = self.crossing.moment(step, dt)
         was, self.quiet = self.quiet, self.crossing.before[0] >= 0.0
