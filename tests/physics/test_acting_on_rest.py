@@ -55,17 +55,18 @@ def test_the_ball_rolls_and_stops_as_it_would_in_a_viscous_medium(trial, agree):
 
 def test_the_program_acts_when_the_rest_of_the_evidence_has_lasted(trial, agree):
     log = find_events(trial.recording, evaluate(trial.recording))
-    calm = log.first("calm")
+    calm, fallen = log.first("calm"), log.first("fallen")
+    assert calm is not None
+    assert fallen is not None
     agree("rest begins [s]", calm, np.log(SPEED / SLOW) / RATE, within=DT + RATE * H * calm)
     acts = calm + LASTS
     agree("removed when it has lasted [s]", trial.states.removed["mark"], acts + DT / 2, within=DT / 2 + 1e-6)
     assert log.first("gone") == trial.states.removed["mark"]
     agree("released, by the evidence [s]", log.first("let_go"), acts, within=1e-9)
     # Both begin with the first step after that moment.
-    fallen = trial.pos("next")[0, 2] - trial.pos("next")[:, 2]
+    fall = trial.pos("next")[0, 2] - trial.pos("next")[:, 2]
     t = np.maximum(trial.time - acts, 0.0)
-    agree("let go: fall [m]", fallen, G * t * t / 2, within=G * t[-1] * (DT + H))
-    fallen = log.first("fallen")
+    agree("let go: fall [m]", fall, G * t * t / 2, within=G * t[-1] * (DT + H))
     agree("fallen by 0.1 m [s]", fallen, acts + np.sqrt(2 * 0.1 / G), within=DT + H)
     t_last = np.maximum(trial.time - fallen, 0.0)
     fall = trial.pos("last")[0, 2] - trial.pos("last")[:, 2]
