@@ -56,6 +56,20 @@ bodies:
 """
 
 
+def test_damping_of_free_bodies_is_in_programs_that_have_it_alone(tmp_path: Path) -> None:
+    damped = CASE.replace(
+        "radius: 0.1}\n",
+        "radius: 0.1}\n    mount: {kind: free, damping: 0.5}\n    repeat: {kind: line, count: 2, step: [0, 1, 0]}\n",
+        1,
+    )
+    for text, rates in ((CASE, None), (damped, {"ball[0]": 0.5, "ball[1]": 0.5})):
+        compile_case(load_case(write(tmp_path, text)), tmp_path / "program")
+        source = (tmp_path / "program" / "bodies.py").read_text()
+        found = [node.value for node in ast.parse(source).body if isinstance(node, ast.Assign) and node.targets[0].id == "DAMPED"]  # type: ignore[attr-defined]  # fmt: skip
+        assert [ast.literal_eval(value) for value in found] == ([] if rates is None else [rates])
+        assert ("set_dofs_damping" in source) == (rates is not None)
+
+
 def write(folder: Path, text: str) -> Path:
     (folder / "case.yaml").write_text(text)
     return folder

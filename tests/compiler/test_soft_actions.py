@@ -48,7 +48,9 @@ actions:
     down: {kind: threshold, measure: lowest, below: 0.2}
     out: {kind: leaves, of: [ball, "hook[0]"], region: {kind: sphere, center: [0, 0, 2], radius: 0.5}}
     heavy: {kind: threshold, measure: weight, above: 3}
-    rests: {kind: rest, of: ball}
+    rests: {kind: rest, of: [ball, "hook[1]"], speed: 0.05, after: hit}
+    calms: {kind: rest, of: [ball, cube]}
+    part: {kind: separation, between: [ball, floor]}
     slap: {kind: contact, between: [ball, sheet]}
     hard: {kind: contact, between: [ball, floor], min_impulse: 2}
     stands: {kind: contact, between: [stool.leg, floor]}
@@ -117,16 +119,56 @@ def test_each_event_has_its_words():
             "outside(in_ball(origin(scene, bodies['hook[0]']), (0.0, 0.0, 2.0), 0.5))])",
         ),
         ("apart", "above(distance([(origin(scene, bodies['ball']), origin(scene, bodies['hook[0]'])),"),
+        (
+            "rests",
+            "Rest([('ball', norm(velocity(scene, bodies['ball']))), "
+            "('hook[1]', norm(velocity(scene, bodies['hook[1]'])))], 0.05, 0.2)",
+        ),
     ):
         made = plan(f"hang: {{kind: attach, body: cube, to: world}}\noff: {{kind: release, attach: hang, on: {event}}}")
-        assert words in made.watches[0].make
+        assert words in made.watches[-1].make
+
+
+CHAIN = """\
+hang: {kind: attach, body: cube, to: world}
+off: {kind: release, attach: hang, on: rests}
+also_off: {kind: release, attach: hang, at: 0.7}
+weld: {kind: attach, body: ball, to: world}
+drop: {kind: release, attach: weld, on: next}"""
+
+
+def test_an_event_may_come_after_a_release():
+    """What the program does itself is watched for behind the event on which it does so."""
+    let_go = (
+        "    loose: {kind: released, attach: hang}\n    next: {kind: rest, of: stool, after: loose}\n    part: {kind"
+    )
+    watches = plan(CHAIN, **{"    part: {kind": let_go}).watches
+    assert [(watch.name, watch.after) for watch in watches] == [
+        ("hit", None), ("rests", "hit"), ("loose", None), ("next", "loose")
+    ]  # fmt: skip
+    assert watches[2].make == "Deed(['rests', 0.7])"
+    with pytest.raises(SpecError) as refused:
+        plan(CHAIN.replace("on: rests", "on: next"), **{"    part: {kind": let_go})
+    assert {problem.message for problem in refused.value.problems} == {
+        "`next` waits for itself: `after` or a release goes in a circle"
+    }
+
+
+def test_what_is_removed_is_not_at_rest():
+    controls = "off: {kind: remove, body: stool, on: rests}"
+    assert plan(controls).watches[-1].make.endswith("], 0.05, 0.2, gone)")
+    assert "make_watches(scene, bodies, self.gone)" in actions(controls)
 
 
 @pytest.mark.parametrize(
     ("event", "words"),
     [
         ("heavy", "it sees position, displacement, velocity, speed, distance and joint_position"),
-        ("rests", "it sees contact between bodies of links, enters, leaves, and threshold"),
+        (
+            "part",
+            "it sees contact between bodies of links, enters, leaves, threshold, rest of bodies of links, released and removed",
+        ),
+        ("calms", "`calms` is about a deformable body, whose rest a program does not see"),
         ("slap", "whose contacts the engine does not report"),
         ("hard", "leave out min_impulse"),
         ("stands", "a program sees no parts (`stool.leg`) while it runs"),

@@ -10,6 +10,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from text2sim.evidence.diagnostics import energy_account, energy_from_nowhere
+
 EPS = 2.0**-24
 """Relative rounding of one float32 operation."""
 
@@ -113,6 +115,50 @@ def test_start_velocities_are_those_of_the_world_and_the_centre_of_mass(simulate
             0.0,
             within=turn**2,
         )
+
+
+@pytest.mark.parametrize("substeps", [1, 4])
+def test_damping_takes_velocity_and_spin_at_its_rate_from_any_free_body(simulate, agree, substeps):
+    """It has v' = -c v and L' = -c L, so x - x0 = v0 / c (1 - exp(-c t)), and w' = -c w for a sphere; falling, v = g / c (1 - exp(-c t)).
+
+    The engine integrates damping implicitly: v = v0 (1 + c h)^-n. The exponential differs from that by at most
+    c h / (2 e) of v0, since (1 + c h)^-n = exp(-c t + c^2 h t / 2 - ...).
+    """
+    bodies = {
+        "ball": "{kind: rigid, shape: {kind: sphere, radius: 0.1}, mount: {kind: free, damping: 2}}",
+        "cup": "{kind: rigid, shape: {kind: cup, radius: 0.1, height: 0.2, thickness: 0.01}, pose: {pos: [5, 0, 0], euler_deg: [30, 50, 70]}, mount: {kind: free, damping: 2}}",
+        "hammer": HAMMER + "    mount: {kind: free, damping: 2}\n",
+        "drop": "{kind: rigid, shape: {kind: box, size: [0.1, 0.2, 0.3]}, pose: {pos: [9, 0, 0]}, mount: {kind: free, damping: 2}}",
+    }
+    go, turn, rate, h = np.array([1.0, 2.0, 3.0]), np.array([0.2, -0.1, 0.4]), 2.0, 0.01 / substeps
+    trial = simulate(
+        f"scene: {{duration: 1, dt: 0.01, substeps: {substeps}, gravity: [0, 0, -1]}}\nbodies:\n"
+        + "".join(f"  {name}: {text}\n" for name, text in bodies.items())
+        + "actions: {controls: {"
+        + ", ".join(f"go_{n}: {{kind: initial_velocity, body: {n}, linear: [1, 2, 3], angular: [0.2, -0.1, 0.4]}}" for n in bodies if n != "drop")
+        + "}}\n"
+    )  # fmt: skip
+    t, least = trial.time[:, None], rate * h / (2 * np.e)
+    left, g, rounding = np.exp(-rate * t), np.array([0, 0, -1.0]), substeps * 100 * EPS * 8
+    exact = (1 + rate * h) ** (-substeps * np.arange(0, len(t)) * round(t[1, 0] / 0.01))[:, None]
+    agree(f"damped fall, {substeps} substeps: v [m/s]", trial.vel("drop"), g / rate * (1 - exact), within=rounding)
+    for name in ("ball", "cup", "hammer"):
+        what = f"damped {name}, {substeps} substeps"
+        fall = g / rate * (1 - exact)
+        agree(f"{what}: v, by the integrator [m/s]", trial.vel(name) - fall, go * exact, within=rounding)
+        agree(f"{what}: v [m/s]", trial.vel(name) - fall, go * left, within=3.0 * least)
+        way, drop = go / rate * (1 - left), g / rate * (t - (1 - left) / rate)
+        # The falling part differs by g h / c, and its own share of the same error.
+        agree(
+            f"{what}: way [m]", trial.com(name) - trial.com(name)[0], way + drop, within=4.0 / rate * least + h / rate
+        )
+        spin = trial.spin(name)
+        size = np.linalg.norm(spin[0])
+        agree(f"{what}: L / its start", spin / size, spin[0] / size * left, within=least + (0.5 * 0.01) ** 2 + rounding)
+    agree(f"damped ball, {substeps} substeps: w [rad/s]", trial.ang("ball"), turn * exact, within=rounding)
+    assert trial.recording.states.frames == len(t)
+    assert energy_from_nowhere(trial.recording) == []
+    assert energy_account(trial.recording)["change"] < 0.0
 
 
 def test_a_symmetric_top_precesses_about_its_angular_momentum(simulate, agree):

@@ -119,6 +119,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
         render=resolve_render(case.render, placed, tuple(case.bodies), scene.duration, lowering.balls, points),
         files=lowering.files,
         changes=tuple(lowering.changes),
+        damped=lowering.damped,
         unpowered=tuple(lowering.unpowered),
         notes=(*settings.notes(), *lowering.notes),
         warnings=tuple(problems),

@@ -55,6 +55,8 @@ class Lowering:
     changes: list[JointChange] = field(default_factory=list)
     held_by_files: dict[str, set[str]] = field(default_factory=dict)
     """Joints on which a file puts motors with a stiffness, by copy."""
+    damped: dict[str, float] = field(default_factory=dict)
+    """Rates [1/s] at which free bodies lose velocity and spin, by copy."""
     unpowered: list[str] = field(default_factory=list)
     notes: dict[str, None] = field(default_factory=dict)
     """What was done to files, each once."""
@@ -108,6 +110,8 @@ class Lowering:
     def _rigid(self, model: Rigid, copy: Copy) -> EntityPlan:
         mount = model.mount
         if mount.kind == "free":
+            if mount.damping:
+                self.damped[copy.name] = mount.damping
             return self._solid(copy, model.material, model.look, joint=TreeJoint("free"))
         if mount.kind == "fixed":
             return self._solid(copy, model.material, model.look, joint=None)

@@ -230,7 +230,6 @@ class Hold:
     to: tuple[str, ...]
     """Copies that hold them; none for the world."""
     link: str | None
-    """Their link."""
     stiffness: float | None
     """[N/m] in all; None holds firmly."""
     both_ways: bool
@@ -329,7 +328,6 @@ class Plan:
     """Everything that the templates print and the harness needs to know."""
 
     case: str
-    """Name of the case."""
     dt: float
     steps: int
     every: int
@@ -342,8 +340,7 @@ class Plan:
     bodies: tuple[Group, ...]
     motors: tuple[Motor, ...]
     contact: dict[str, tuple[float, float]]
-    """Time constant [s] and damping ratio of contacts by entity, or by link (`arm.hand`) if it has its own; empty
-    unless some body bounces."""
+    """Time constant [s] and damping ratio of contacts by entity or link (`arm.hand`); empty unless a body bounces."""
     silent: tuple[str, ...]
     """Entities without a restitution, which take that of whatever hits them."""
     initial: dict[str, dict[str, float]]
@@ -366,6 +363,8 @@ class Plan:
     """Each follows the one that it waits for (`after`)."""
     changes: tuple[JointChange, ...]
     """Of joints that came from files."""
+    damped: dict[str, float]
+    """Rates [1/s] at which free bodies lose velocity and spin, by entity."""
     unpowered: tuple[str, ...]
     """Entities whose joints the engine gives gains that nobody asked for."""
     files: Mapping[str, bytes]

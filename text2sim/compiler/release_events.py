@@ -16,6 +16,7 @@ from text2sim.compiler.soft.solvers import contact_model, is_soft
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models import events, measures
+from text2sim.spec_schema.models.actions import Actions
 from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.models.controls import Drive, Release, Remove
 from text2sim.spec_schema.models.scene import Domain
@@ -45,20 +46,50 @@ def lower_watches(
     for name, control in loaded.case.actions.controls.items():
         if not isinstance(control, Release | Drive | Remove) or control.on is None:
             continue
-        chain = [control.on]
-        while (before := loaded.case.actions.events[chain[-1]].after) is not None:
-            chain.append(before)
-        for event in reversed(chain):
+        where = ("actions", "controls", name, "on")
+        order: dict[str, None] = {}
+        if not _put_in_order(loaded.case.actions, control.on, order, ()):
+            text = f"`{control.on}` waits for itself: `after` or a release goes in a circle"
+            problems.append(loaded.problem(where, text, rule="unseen-event"))
+            continue
+        for event in order:
             if event in watched:
                 continue
             try:
                 watched[event] = writer.watch(event)
             except (UnseenError, RegionError) as error:
                 words = "" if event == control.on else f"comes after `{event}`, and "
-                where = ("actions", "controls", name, "on")
                 problems.append(loaded.problem(where, f"{words}{error}", rule="unseen-event"))
                 break
     return list(watched.values()), problems
+
+
+def _put_in_order(actions: Actions, name: str, order: dict[str, None], waiting: tuple[str, ...]) -> bool:
+    """Put an event into an order, behind all that it waits for; return whether it does not wait for itself.
+
+    Args:
+        actions: Of the case.
+        name: The event.
+        order: Receives the names.
+        waiting: Events that wait for it.
+    """
+    if name in waiting:
+        return False
+    event = actions.events[name]
+    before = [when for when in (event.after, *_deeds(actions, event)) if isinstance(when, str)]
+    known = all(_put_in_order(actions, one, order, (*waiting, name)) for one in before)
+    order[name] = None
+    return known
+
+
+def _deeds(actions: Actions, event: events.Event) -> list[float | str]:
+    """Return when the program does what an event tells of, as times [s] and events; nothing for other events."""
+    controls = []
+    if isinstance(event, events.ReleasedEvent):
+        controls = [c for c in actions.controls.values() if isinstance(c, Release) and c.attach == event.attach]
+    elif isinstance(event, events.RemovedEvent):
+        controls = [c for name, c in actions.controls.items() if isinstance(c, Remove) and name == event.remove]
+    return [when for control in controls if (when := control.at if control.on is None else control.on) is not None]
 
 
 class _Writer:
@@ -88,9 +119,24 @@ class _Writer:
             if event.above is not None:
                 return _call("Crossing", _list([_call("above", value, event.above)]))
             return _call("Crossing", _list([_call("below", value, event.below)]))
+        if isinstance(event, events.ReleasedEvent | events.RemovedEvent):
+            return _call("Deed", _deeds(self.loaded.case.actions, event))
+        if isinstance(event, events.RestEvent):
+            chosen = self._chosen(event.of)
+            if any(is_soft(copy.model) for copy, _ in chosen):
+                raise UnseenError(
+                    f"`{name}` is about a deformable body, whose rest a program does not see while it runs; use a "
+                    "threshold of its speed"
+                )
+            speeds = [
+                Code(f"({literal(copy.name)}, {_call('norm', velocity)})")
+                for (copy, _), velocity in zip(chosen, self._velocities(event.of, None), strict=True)
+            ]
+            removes = any(isinstance(control, Remove) for control in self.loaded.case.actions.controls.values())
+            return _call("Rest", _list(speeds), event.speed, event.for_, Code("gone") if removes else None)
         raise UnseenError(
             f"a program cannot see `{name}` ({event.kind}) while it runs; it sees contact between bodies of links, "
-            "enters, leaves, and threshold"
+            "enters, leaves, threshold, rest of bodies of links, released and removed"
         )
 
     def _touch(self, name: str, event: events.ContactEvent) -> Code:

@@ -20,6 +20,7 @@ NOT_YET = {
     "pushes": "pushes on points",
     "frictions": "friction of pairs",
     "changes": "changed joints of model files",
+    "damped": "damping of free bodies",
 }
 
 

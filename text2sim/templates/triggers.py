@@ -1,7 +1,7 @@
 """Events that the program detects while it runs, because something is released on them.
 
 The same rules find them later in the recording: touches by the contacts of every substep, all others by the zero
-crossing of a number, interpolated linearly between two steps.
+crossing of a number, interpolated linearly between two steps. Rest is known only when it has lasted.
 """
 
 import genesis as gs
@@ -21,7 +21,10 @@ REDUCE = {
 
 
 class Triggers:
-    """Watches for the events at every step; `happened` has the time of the first occurrence of each [s].
+    """Watches for the events at every step.
+
+    `happened` has the time [s] at which the program acts on the first occurrence of each: that of the event itself, or
+    for rest, which is known only later, when it has lasted.
 
     Args:
         dt: Time step [s].
@@ -29,19 +32,39 @@ class Triggers:
     """
 
     def __init__(self, dt, watches):
-        self.dt, self.watches, self.happened = dt, watches, {}
+        self.dt, self.watches, self.began, self.happened = dt, watches, {}, {}
 
     def __call__(self, t):
         """Call every watch before the step that begins at t [s]."""
         for name, watch, after in self.watches:
-            moment = watch(round(t / self.dt), self.dt)
-            since = self.happened.get(after)
-            if moment is None or name in self.happened or (after is not None and (since is None or moment <= since)):
+            if name in self.began:
                 continue
-            self.happened[name] = moment
+            watch(round(t / self.dt), self.dt, self.happened)
+            since = -np.inf if after is None else self.began.get(after)
+            if since is not None and (moment := watch.first(since)) is not None:
+                self.began[name], self.happened[name] = moment, moment + watch.lasts
 
 
-class Touch:
+class Moments:
+    """Watches for moments. All are kept: what they have to come after may be known only later."""
+
+    lasts = 0.0
+
+    def __init__(self):
+        self.moments = []
+
+    def __call__(self, step, dt, happened):
+        """Note whether it happened in the step that ends now."""
+        moment = self.moment(step, dt)
+        if moment is not None:
+            self.moments.append(moment)
+
+    def first(self, since):
+        """Return the first time [s] after another, or None."""
+        return next((moment for moment in self.moments if moment > since), None)
+
+
+class Touch(Moments):
     """Watches for the beginning of contact between links of two groups.
 
     Args:
@@ -51,6 +74,7 @@ class Touch:
     """
 
     def __init__(self, scene, first, second):
+        super().__init__()
         self.solver, self.groups = scene.rigid_solver, []
         for things in (first, second):
             group = np.full(self.solver.n_links, -1)
@@ -75,7 +99,7 @@ class Touch:
             rows = (first[a] >= 0) & (second[b] >= 0) & ~same_body
             self.now.update(zip(first[a[rows]].tolist(), second[b[rows]].tolist(), strict=True))
 
-    def __call__(self, step, dt):
+    def moment(self, step, dt):
         """Return the time [s] of a touch that began in the last step, or None."""
         begun = any(step - self.last.get(pair, -GAP - 2) > GAP + 1 for pair in self.now)
         self.last.update(dict.fromkeys(self.now, step))
@@ -83,19 +107,72 @@ class Touch:
         return step * dt if begun else None
 
 
-class Crossing:
+class Crossing(Moments):
     """Watches for the first of several numbers to rise through zero."""
 
     def __init__(self, heights):
+        super().__init__()
         self.heights, self.before = heights, None
 
-    def __call__(self, step, dt):
+    def moment(self, step, dt):
         """Return the time [s] of the first crossing in the last step, or None."""
         now = np.array([height() for height in self.heights])
         before, self.before = self.before, now
         if before is None or not (crossed := (before < 0.0) & (now >= 0.0)).any():
             return None
         return (step - 1 + (before[crossed] / (before[crossed] - now[crossed])).min()) * dt
+
+
+class Deed(Moments):
+    """Watches for what the program itself does, such as a release.
+
+    Args:
+        whens: When it does so: times [s] and events.
+    """
+
+    def __init__(self, whens):
+        super().__init__()
+        self.whens = set(whens)
+
+    def __call__(self, step, dt, happened):
+        """Note what is due in the step that begins now."""
+        for when in list(self.whens):
+            moment = happened.get(when) if isinstance(when, str) else when
+            if moment is not None and moment <= step * dt + 1e-9:
+                self.whens.remove(when)
+                self.moments.append(moment)
+
+
+class Rest:
+    """Watches for several speeds to be small at the same time, for a while.
+
+    Args:
+        speeds: Rows of the name of a body and a function that gives its speed [m/s].
+        most: Largest speed of bodies at rest [m/s].
+        lasts: Shortest time at rest [s].
+        gone: Names of removed bodies, which do not count.
+    """
+
+    def __init__(self, speeds, most, lasts, gone=()):
+        def slowness():
+            return most - max((speed() for name, speed in speeds if name not in gone), default=np.inf)
+
+        self.crossing = Crossing([slowness])
+        self.lasts, self.spans, self.quiet = lasts, [], False
+
+    def __call__(self, step, dt, happened):
+        """Note whether all are at rest now, and since when."""
+        begin = self.crossing.moment(step, dt)
+        was, self.quiet = self.quiet, self.crossing.before[0] >= 0.0
+        if self.quiet and not was:
+            self.spans.append([step * dt if begin is None else begin, 0.0])
+        if self.quiet:
+            self.spans[-1][1] = step * dt
+
+    def first(self, since):
+        """Return the first time [s], from another on, at which a rest begins that lasts; None if there is none."""
+        spans = ((max(begin, since), end) for begin, end in self.spans)
+        return next((begin for begin, end in spans if end - begin >= self.lasts - 1e-9), None)
 
 
 # --- places and speeds: functions without arguments ---------------------------------------------------------------

@@ -132,3 +132,12 @@ class TestFlight:
         assert flight.meeting is not None
         assert flight.meeting.other.name == "b"
         assert flight.end == pytest.approx(0.6, rel=1e-3)
+
+
+@pytest.mark.parametrize(("height", "damping", "known"), [(0.8, 0, True), (0.8, 1, False), (0.02, 1, True)])
+def test_the_path_of_a_damped_body_is_unknown_unless_it_lies(
+    tmp_path: Path, height: float, damping: float, known: bool
+) -> None:
+    shot = f"bodies: {{shot: {{pose: {{pos: [0, 0, {height}]}}, mount: {{kind: free, damping: {damping}}}}}}}"
+    facts = facts_of(SHOT, shot)
+    assert (flight_of(facts, facts.copies["shot"]) is not None) == known

@@ -95,6 +95,14 @@ def test_a_contact_model_with_nothing_to_do(tmp_path: Path, model: str, count: i
     assert [problem.path for problem in found] == ["/scene/contact/model"] * count
 
 
+@pytest.mark.parametrize(("model", "count"), [("particle", 0), ("ipc", 1)])
+def test_damping_of_free_bodies_that_another_solver_moves(tmp_path: Path, model: str, count: int) -> None:
+    cloth = BODY.format("cloth", "shape: {kind: sheet, size: [0.5, 0.5]}")
+    ball = "bodies: {ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [2, 0, 1]}, mount: {kind: free, damping: 1}}}"
+    found = findings(tmp_path, "unheeded-stuff", cloth, ball, f"scene: {{contact: {{model: {model}}}}}")
+    assert [problem.path for problem in found] == ["/bodies/ball/mount/damping"] * count
+
+
 @pytest.mark.parametrize(("radius", "count"), [(0.005, 1), (0.02, 0)])
 def test_creases_too_tight_for_the_cells(tmp_path: Path, radius: float, count: int) -> None:
     """An edge turns by pi at most, over one cell of 0.02 m."""

@@ -14,6 +14,7 @@ from text2sim.compiler.shapes.rotation import Vec, vector_dot, vector_minus, vec
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Ground, StandingPart, sides
+from text2sim.spec_schema.models.bodies import FreeMount, Rigid
 
 MAX_RESTING_GAP = 0.002
 """Largest gap [m] below a body at rest."""
@@ -65,7 +66,7 @@ class Flight:
 
 
 def flight_of(facts: Facts, copy: Copy) -> Flight | None:
-    """Return the path of a copy; None if it is held or has no size."""
+    """Return the path of a copy; None if it is held, moves with damping, or has no size."""
     flights = facts.once(_Flights)
     if copy.name not in flights.known:
         flights.known[copy.name] = flights.work_out(copy)
@@ -93,6 +94,9 @@ class _Flights:
         if resting or any(copy.name in (weld.a, weld.b) for weld in facts.rows.welds):
             path = replace(path, acceleration=(0.0, 0.0, 0.0))
             near = self._copies_along(copy, box, path)
+        mount = copy.model.mount if isinstance(copy.model, Rigid) else None
+        if path.moves and isinstance(mount, FreeMount) and mount.damping:
+            return None  # its path is no parabola
         meeting = self._first(copy, box, near, path) if path.moves else None
         if self.left < 0:
             return None

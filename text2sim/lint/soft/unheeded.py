@@ -10,7 +10,7 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftFacts
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import listed
-from text2sim.spec_schema.models.bodies import Articulated
+from text2sim.spec_schema.models.bodies import Articulated, FreeMount, Rigid
 from text2sim.spec_schema.models.events import ContactEvent, SeparationEvent
 from text2sim.spec_schema.models.measures import ContactCount, ContactForce, Penetration
 from text2sim.spec_schema.models.soft_bodies import Cloth
@@ -107,6 +107,10 @@ def _ignored(facts: Facts) -> Iterator[Problem]:
             text = "soft_reach is for bodies of solver mpm, and this scene has none; leave it out"
             yield facts.problem("unheeded-stuff", where, text, key=True)
     for name, body in facts.case.bodies.items():
+        mount = body.mount if isinstance(body, Rigid) else None
+        if soft.model == "ipc" and soft.bodies and isinstance(mount, FreeMount) and mount.damping:
+            text = f"contact model ipc moves free bodies without damping, so `{name}` is not slowed; leave it out"
+            yield facts.problem("unheeded-stuff", facts.where(name, "mount", "damping"), text, key=True)
         for link in (body.links or ()) if isinstance(body, Articulated) else ():
             # Under other contact models, rules of their own say what becomes of `touch_soft`.
             for key in ("soft_reach", *(("touch_soft",) if soft.model != "particle" else ())):
@@ -178,8 +182,8 @@ Cloth of solver pbd has compliances in stretch and bending, in units of that met
 shell with a stiffness in Pa. Each ignores the values of the other; only `rigidity` serves both. Where cells are large,
 no edge is bent enough for a small `crease_radius`. Only mpm bodies use the `soft_reach` of rigid surfaces, which
 a body has as a whole, not each link. Restitution is made from the damping of the engine's own rigid
-contacts, which contact models sap and ipc do not use. These two are for scenes with deformable bodies; where all bodies
-are rigid, the engine's own contact solver runs.""",
+contacts, which contact models sap and ipc do not use; ipc moves free bodies without their `damping`. These two are
+for scenes with deformable bodies; where all bodies are rigid, the engine's own contact solver runs.""",
         remedy="Give the values that the solver uses, or leave the value out.",
         example=_RAG % "youngs_modulus: 1.0e+6",
         fix="bodies: {rag: {material: {youngs_modulus: null, bending_compliance: 0.001}}}",

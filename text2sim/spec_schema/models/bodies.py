@@ -33,6 +33,10 @@ class FreeMount(Model):
     """The body moves freely."""
 
     kind: Literal["free"]
+    damping: NonNegative = 0.0
+    """Rate [1/s] at which it loses velocity and spin, as in a viscous medium: `v' = -damping v`, `w' = -damping w`.
+    Left to itself it stops after the way `v / damping`; falling, it approaches the speed `g / damping`; rolling to and
+    fro in a hollow, it has an amplitude that falls as `exp(-damping t / 2)`."""
 
 
 class FixedMount(Model):

@@ -199,9 +199,10 @@ class Release(Acting):
     at: Seconds | None = None
     """Time [s]."""
     on: Name | None = None
-    """Name of an event: at its first time after the attachment. The program has to detect it during the run: contact of
-    rigid bodies, a region entered or left, a threshold of a position, displacement, velocity, speed, distance or
-    joint_position."""
+    """Name of an event: at its first time after the attachment. The program has to detect it during the run: contact or
+    rest of rigid bodies, a region entered or left, a release or removal, a threshold of a position, displacement,
+    velocity, speed, distance or joint_position. A rest is known, and acted on, only when it has lasted for its
+    `for`."""
 
     _one_moment = exactly_one_of("at", "on")
 
