@@ -56,6 +56,8 @@ class Traits:
     """Whether a body is cut into fragments."""
     slopes: bool = False
     """Whether something may rest on a slope, or lean."""
+    grips: bool = False
+    """Whether motors close parts of mechanisms on each other, with a free body in the scene."""
     tautest: float = 0.0
     """Largest angular frequency [rad/s] of ropes and chains that sway sideways under what hangs on them."""
     swiftest: float = 0.0
@@ -232,6 +234,9 @@ def _cone(scene: Scene, solver: str, traits: Traits, soft: SoftSettings | None, 
             if traits.rolls
             else "what rests on a slope or leans creeps with the pyramidal one"
         )
+        return "elliptic"
+    if sound and solver == "newton" and traits.grips and not (traits.chains or traits.loops):
+        why["friction_cone"] = "what motors grip creeps out of the grip with the pyramidal one"
         return "elliptic"
     if sound and solver == "cg" and traits.wound:
         why["friction_cone"] = "light ropes round something fly apart with the pyramidal one"
