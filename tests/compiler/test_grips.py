@@ -25,7 +25,7 @@ HAND = "hand:\n    kind: articulated\n    base: fixed\n    pose: {pos: [0, 0, 0.
 )  # fmt: skip
 JAW = "{{kind: rigid, shape: {{kind: box, size: [0.04, 0.1, 0.1]}}, pose: {{pos: [{x}, 0, 0.1]}}, mount: {{kind: slider, axis: x, actuator: {{stiffness: 5000, damping: 200, max_force: 20}}}}}}"
 JAWS = f"a: {JAW.format(x=-0.1)}\n  b: {JAW.format(x=0.1)}"
-CART = "{kind: chain, links: 5, link_length: 0.1, radius: 0.01, pose: {pos: [3, 0, 3]}}"
+ROPE = "{kind: chain, links: 5, link_length: 0.1, radius: 0.01, pose: {pos: [3, 0, 3]}}"
 
 
 def resolved(folder: Path, bodies: str, controls: str, scene: str = "") -> Resolution:
@@ -76,7 +76,7 @@ def test_jaws_that_close_at_an_event_count(tmp_path: Path) -> None:
         ("solver: {kind: cg}", ""),
         ("solver: {noslip_iterations: 10}", ""),
         ("contact: {friction_cone: pyramidal}", ""),
-        ("", f"rope: {CART}"),
+        ("", f"rope: {ROPE}"),
         ("", "ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {restitution: 0.5}, pose: {pos: [5, 0, 1]}}"),
     ],
 )  # fmt: skip

@@ -18,9 +18,7 @@ def said(new_run: Any, make_case: Any, *touches: tuple[str, str, int, float]) ->
     for a, b, step, depth in touches:
         run.touch(links[a], links[b], [step], [0, 0, 1], depth=depth)
     plane, box = {"shape": {"kind": "plane"}}, {"shape": {"kind": "box", "size": [0.4, 0.4, 0.02]}}
-    case = make_case(
-        bodies=("mug",), statics=("floor", "bin"), scene={"statics": {"floor": plane, "bin": box}}
-    )
+    case = make_case(bodies=("mug",), statics=("floor", "bin"), scene={"statics": {"floor": plane, "bin": box}})
     return deep_contacts(RecordedCase.load(run.write(), case))
 
 

@@ -56,9 +56,7 @@ def grips(copies: Iterable[Copy], trees: Mapping[str, Tree], rows: ControlRows) 
             yield a, b
 
 
-def _jaw(
-    name: str, joint: str, copies: Mapping[str, Copy], trees: Mapping[str, Tree], rows: ControlRows
-) -> Jaw | None:
+def _jaw(name: str, joint: str, copies: Mapping[str, Copy], trees: Mapping[str, Tree], rows: ControlRows) -> Jaw | None:
     copy, tree = copies.get(name), trees.get(name)
     if copy is None or tree is None:
         return None

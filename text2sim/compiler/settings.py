@@ -219,10 +219,11 @@ def _timeconst(step: float, traits: Traits, why: dict[str, str]) -> float:
 
 
 def _cone(scene: Scene, solver: str, traits: Traits, soft: SoftSettings | None, why: dict[str, str]) -> str:
-    """Choose the exact cone where something rests on a slope or leans, and where it is known to be stable.
+    """Choose the exact cone where something rests on a slope, leans or is gripped, and where it is known to be stable.
 
-    With cg its friction does not converge within 60 iterations (a wall of 115 bricks shifts by 20 mm in 0.1 s), and
-    with newton a tree of links that is hit hard ends in nan; free bodies do not, up to 30 m/s and 250 kg.
+    With cg its friction does not converge within 60 iterations (a wall of 115 bricks shifts by 20 mm in 0.1 s). With
+    newton, ball joints and closed loops that are hit hard end in nan; free bodies do not, up to 30 m/s and 250 kg, nor
+    do hinges and sliders with links of 10 g, which get it only where a grip needs it.
     """
     # With deformable bodies it is known to be stable only in contact model `particle`, for what rolls.
     beside = soft is None or (soft.model == "particle" and traits.rolls)

@@ -32,9 +32,9 @@ def deep_contacts(recording: RecordedCase) -> list[str]:
     depth, at = 1e3 * log.depth[row], log.step[row] * recording.states.dt
     a, b = (recording.names.label_of_link(link) for link in log.links[row])
     return [
-        f"`{a}` and `{b}` overlap by {depth:.2g} mm at {at:.3g} s, and their thinnest part is {depth / share[row]:.2g} mm "
-        f"thick: use more substeps (scene.substeps; {ceil(share[row] / SAFE_SHARE)} times as many for an impact) or "
-        "thicker walls"
+        f"`{a}` and `{b}` overlap by {depth:.2g} mm at {at:.3g} s, and their thinnest part is "
+        f"{depth / share[row]:.2g} mm thick: use more substeps (scene.substeps; {ceil(share[row] / SAFE_SHARE)} times as "
+        "many for an impact) or thicker walls"
     ]
 
 
