@@ -33,8 +33,8 @@ def deep_contacts(recording: RecordedCase) -> list[str]:
     a, b = (recording.names.label_of_link(link) for link in log.links[row])
     return [
         f"`{a}` and `{b}` overlap by {depth:.2g} mm at {at:.3g} s, and their thinnest part is "
-        f"{depth / share[row]:.2g} mm thick: use more substeps (scene.substeps; {ceil(share[row] / SAFE_SHARE)} times as "
-        "many for an impact) or thicker walls"
+        f"{depth / share[row]:.2g} mm thick: use more substeps (scene.substeps; {ceil(share[row] / SAFE_SHARE)} times "
+        "as many for an impact) or thicker walls"
     ]
 
 

@@ -204,7 +204,8 @@ parts of mechanisms that motors close on each other, a box creeps at `k (1 + m^2
 the grip (0.3 kg in a `clamp` of 25 N: 2.2 mm in 1.5 s; with the elliptic cone 0.009 mm); scenes with a grip and a free
 body get the elliptic cone by default, unless something bounces, deforms, or has ball joints or closed loops. Cards
 that lean on each other touch with one contact and slide apart by 1.9 mm in 2 s with the pyramidal cone; with the
-elliptic one they stay within 10 micrometres (`tests/physics/test_friction.py`). Bodies that fall or fly do not count.""",
+elliptic one they stay within 10 micrometres (`tests/physics/test_friction.py`). Bodies that fall or fly do not
+count.""",
         remedy="""\
 Set `scene.contact.friction_cone: elliptic`. Otherwise set `solver: {noslip_iterations: 10}`, which stops bodies that
 use less than half of their friction, or use more substeps: the creep is proportional to the time constant.""",
