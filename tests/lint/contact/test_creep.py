@@ -114,7 +114,7 @@ actions:
         ("dt: 0.005, gravity: [0, 0, 0], contact: {friction_cone: pyramidal}", "", ""),
         ("dt: 0.005, duration: 5", ROPE, "`noslip_iterations: 10` in scene.solver"),
         # They may hold the towel:
-        ("dt: 0.005, duration: 5", "towel: {kind: cloth, solver: pbd, size: [0.3, 0.3], pose: {pos: [2, 0, 1]}}", ""),
+        ("dt: 0.005, duration: 5", "towel: {kind: cloth, solver: pbd, shape: {kind: sheet, size: [0.3, 0.3]}, pose: {pos: [2, 0, 1]}}", ""),
     ],
 )  # fmt: skip
 def test_what_creeps_out_of_a_grip(tmp_path: Path, scene: str, more: str, says: str) -> None:
