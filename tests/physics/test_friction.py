@@ -356,7 +356,7 @@ def test_cards_lean_on_each_other(simulate, agree):
 
 
 GRIP = """
-scene: {duration: 1.4, dt: 0.005, substeps: 1, statics: {floor: {shape: {kind: plane}}}}
+scene: {duration: 2.0, dt: 0.005, substeps: 1, statics: {floor: {shape: {kind: plane}}}}
 bodies:
   clamp: {use: clamp, with: {grip: 25}, pose: {pos: [0, 0, 0.06]}}
   block:
@@ -380,12 +380,14 @@ def test_what_is_gripped_creeps_by_the_softness_of_its_contacts_alone(simulate, 
 
     With a = d (-b v) + (1 - d) a0, b = 2 / (dmax timeconst), and eight contacts that share the weight,
     v = (1 - d) / d dmax timeconst / 2 g / 8, over impratio (100) with the elliptic cone, and times 1 + m^2 with the
-    pyramid. The regularisation counts the jaws' own mobility too, which adds up to a fifth.
+    pyramid. The regularisation counts the jaws' own mobility too, which adds up to a fifth. Of the 33 nm a step that
+    are left with the elliptic cone, the 32 bits of a height keep whole multiples of 15 nm.
     """
     text = GRIP.replace("substeps: 1", f"substeps: 1, contact: {{friction_cone: {cone}}}") if cone else GRIP
     trial = simulate(text)
-    held = trial.time >= 0.95
+    held = trial.time >= 1.4  # the lift has settled
     slip, span = trial.measure("slip")[held], np.ptp(trial.time[held])
     exact = (1 - IMPEDANCE) / IMPEDANCE * WIDEST * DT * G / CONTACTS_PER_GRIP / 100
     theory = grip_creep_speed(G, 1.0, 2 * DT) if cone else exact
-    agree(f"grip, {cone or 'cone left to us'}: creep [m/s]", (slip[0] - slip[-1]) / span, theory, within=0.2 * theory)
+    within = 0.2 * theory + np.spacing(np.float32(trial.pos("block")[-1, 2])) / DT
+    agree(f"grip, {cone or 'cone left to us'}: creep [m/s]", (slip[0] - slip[-1]) / span, theory, within=within)
