@@ -9,6 +9,7 @@ from text2sim.compiler.contact_materials import Restitutions, contact_damping, r
 from text2sim.compiler.controls import ControlRows, lower_controls, lower_motions
 from text2sim.compiler.film import resolve_render
 from text2sim.compiler.film_cameras import check_targets
+from text2sim.compiler.grips import grips
 from text2sim.compiler.lower import Lowering
 from text2sim.compiler.masses import known_speeds
 from text2sim.compiler.placing.body_points import BodyPoints
@@ -213,6 +214,7 @@ def _traits(
         slightest=min((smallest_share(tree) for tree in trees), default=1.0),
         fragments=any(isinstance(getattr(body, "repeat", None), Fragments) for body in bodies.values()),
         slopes=has_slopes((copy for group in placed.values() for copy in group), gravity),
+        grips=any(True for _ in grips(moving, lowering.trees, rows)),
     )
 
 

@@ -56,6 +56,8 @@ class Traits:
     """Whether a body is cut into fragments."""
     slopes: bool = False
     """Whether something may rest on a slope, or lean."""
+    grips: bool = False
+    """Whether motors close parts of mechanisms on each other, with a free body in the scene."""
     tautest: float = 0.0
     """Largest angular frequency [rad/s] of ropes and chains that sway sideways under what hangs on them."""
     swiftest: float = 0.0
@@ -217,10 +219,11 @@ def _timeconst(step: float, traits: Traits, why: dict[str, str]) -> float:
 
 
 def _cone(scene: Scene, solver: str, traits: Traits, soft: SoftSettings | None, why: dict[str, str]) -> str:
-    """Choose the exact cone where something rests on a slope or leans, and where it is known to be stable.
+    """Choose the exact cone where something rests on a slope, leans or is gripped, and where it is known to be stable.
 
-    With cg its friction does not converge within 60 iterations (a wall of 115 bricks shifts by 20 mm in 0.1 s), and
-    with newton a tree of links that is hit hard ends in nan; free bodies do not, up to 30 m/s and 250 kg.
+    With cg its friction does not converge within 60 iterations (a wall of 115 bricks shifts by 20 mm in 0.1 s). With
+    newton, ball joints and closed loops that are hit hard end in nan; free bodies do not, up to 30 m/s and 250 kg, nor
+    do hinges and sliders with links of 10 g, which get it only where a grip needs it.
     """
     # With deformable bodies it is known to be stable only in contact model `particle`, for what rolls.
     beside = soft is None or (soft.model == "particle" and traits.rolls)
@@ -232,6 +235,9 @@ def _cone(scene: Scene, solver: str, traits: Traits, soft: SoftSettings | None, 
             if traits.rolls
             else "what rests on a slope or leans creeps with the pyramidal one"
         )
+        return "elliptic"
+    if sound and solver == "newton" and traits.grips and not (traits.chains or traits.loops):
+        why["friction_cone"] = "what motors grip creeps out of the grip with the pyramidal one"
         return "elliptic"
     if sound and solver == "cg" and traits.wound:
         why["friction_cone"] = "light ropes round something fly apart with the pyramidal one"

@@ -14,6 +14,7 @@ import numpy as np
 
 from text2sim.evidence import bonds, diagnostics
 from text2sim.evidence.contacts import choose
+from text2sim.evidence.deep_contacts import deep_contacts
 from text2sim.evidence.events import EventLog, Occurrence, episode_rows, find_events
 from text2sim.evidence.expectations import Ending, Finding, judge_expectations
 from text2sim.evidence.gone_through import gone_through
@@ -98,6 +99,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
             "suspicions": [
                 *suspicions(recording, deforming),
                 *gone_through(recording),
+                *deep_contacts(recording),
                 *held_up(driven),
                 *overloaded(motors),
                 *diagnostics.energy_from_nowhere(recording),

@@ -90,6 +90,37 @@ def test_bodies_on_a_slope_that_stand_apart_do_not_lean_on_each_other(tmp_path: 
     assert findings(tmp_path, "creeps", text) == []
 
 
+GRIPPED = """
+scene: {%s, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  clamp: {use: clamp, pose: {pos: [0, 0, 0.06]}}
+  block: {kind: rigid, shape: {kind: box, size: [0.08, 0.08, 0.1]}, material: {friction: 0.9}, place: {on: floor, at: [0, 0]}}
+  %s
+actions:
+  controls:
+    close_left: {kind: drive, joint: clamp.left, position: {kind: ramp, to: 0.06, end: 0.4}}
+    close_right: {kind: drive, joint: clamp.right, position: {kind: ramp, to: 0.06, end: 0.4}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("scene", "more", "says"),
+    [
+        ("dt: 0.005", "", ""),  # the cone is chosen by the grip
+        ("dt: 0.005, contact: {friction_cone: pyramidal}", "", "close a grip; what friction holds in it creeps out"),
+        ("dt: 0.005, contact: {friction_cone: pyramidal}", "", "a box at about 1.3 mm/s"),  # 2 g / 8 k, k = 0.53 ms
+        ("dt: 0.005, duration: 0.5, contact: {friction_cone: pyramidal}", "", ""),
+        ("dt: 0.005, solver: {noslip_iterations: 10}", "", ""),
+        ("dt: 0.005, gravity: [0, 0, 0], contact: {friction_cone: pyramidal}", "", ""),
+        ("dt: 0.005, duration: 5", ROPE, "`noslip_iterations: 10` in scene.solver"),
+        # They may hold the towel:
+        ("dt: 0.005, duration: 5", "towel: {kind: cloth, solver: pbd, shape: {kind: sheet, size: [0.3, 0.3]}, pose: {pos: [2, 0, 1]}}", ""),
+    ],
+)  # fmt: skip
+def test_what_creeps_out_of_a_grip(tmp_path: Path, scene: str, more: str, says: str) -> None:
+    expect_words(tmp_path, "creeps", says, GRIPPED % (scene, more), path="/bodies/clamp")
+
+
 @pytest.mark.parametrize(
     ("scene", "more", "deg", "cone"),
     [

@@ -29,9 +29,11 @@ class Contact(Model):
     bodies, in both directions. `sap`: rigid bodies with fem bodies, in double precision. `ipc`: rigid bodies with cloth
     and fem bodies, with friction; needs CUDA. By default the one that the bodies of the case need."""
     friction_cone: Literal["pyramidal", "elliptic"] | None = None
-    """`elliptic` is Coulomb's law. `pyramidal` lets bodies on a slope creep (the lint rule `creeps` says how fast), but
-    survives hard impacts on trees of links, and piles with the `cg` solver, for which `elliptic` ends in nan or lets
-    stacks shift. By default `elliptic` in scenes of free bodies with slopes, leaning bodies or rolling friction."""
+    """`elliptic` is Coulomb's law. `pyramidal` lets bodies creep on a slope and in a grip (the lint rule `creeps` says
+    how fast), but survives hard impacts on chains and closed loops, and piles with the `cg` solver, for which
+    `elliptic` ends in nan or lets stacks shift. By default `elliptic` in scenes of free bodies with slopes, leaning
+    bodies or rolling friction, and where motors close parts of mechanisms on each other, with a free body in the
+    scene."""
     timeconst: Positive | None = None
     """Time constant [s] with which the solver resolves a penetration; at least two substeps. Smaller is stiffer."""
     max_pairs: Annotated[Integer, Field(ge=1, le=1_000_000)] | None = None
