@@ -81,7 +81,7 @@ def test_words_that_do_not_fit(render, path, said):
         ("brick", "`brick` selects 12 copies: a camera is mounted on one body", "brick[0]"),
         ("brick[2:4]", "`brick[2:4]` selects 2 copies", "brick[0]"),
         ("curtain", "`curtain` deforms", None),
-        ("arm.hnd", "`arm` has no link `hnd`; there are base, elbow and hand", "hand"),
+        ("arm.hnd", "`arm` has no link `hnd`; there are base, elbow, hand", "hand"),
         ("arm.*", "only one link is allowed here", None),
     ],
 )
