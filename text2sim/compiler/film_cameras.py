@@ -13,7 +13,7 @@ from text2sim.compiler.selection import select
 from text2sim.compiler.shapes.piece import Ball
 from text2sim.compiler.shapes.regions import RegionError
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_from_euler_deg, quat_rotate, vector_plus
-from text2sim.compiler.trees.tree import link_frame
+from text2sim.compiler.trees.tree import Tree, link_frame
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.bodies import Driven
@@ -56,19 +56,44 @@ class FilmedScene(NamedTuple):
         """Copies with prescribed motion, in order."""
         return [copy.name for copies in self.placed.values() for copy in copies if isinstance(copy.model, Driven)]
 
-    def position(self, body: str, t: float, link: str | None) -> Vec:
-        """Return where a copy, or a link of it, is at the start [m], for `viewpoints.place`."""
-        return self.pose(body, t, link)[0]
-
-    def pose(self, body: str, t: float, link: str | None) -> tuple[Vec, Quaternion]:
-        """Return position [m] and orientation of a copy, or of a link of it, at the start."""
-        copy = next(copy for copies in self.placed.values() for copy in copies if copy.name == body)
-        return link_frame(self.points.trees.get(body), link, copy.pos, copy.quat)
-
     def around(self, names: Any) -> list[Ball]:
         """Return balls around the copies of bodies and statics, planes left out."""
         chosen = [copy for name in names for copy in self.placed[name] if not _is_plane(copy)]
         return [ball for copy in chosen for ball in self.balls.get(copy.name, [(copy.pos, 0.05)])]
+
+
+class StartPoses:
+    """Poses of copies and links at the start, whatever the time, for `viewpoints.place`.
+
+    Args:
+        placed: Copies by body, statics included.
+        trees: Trees of links by name of the copy.
+    """
+
+    def __init__(self, placed: dict[str, list[Copy]], trees: dict[str, Tree]) -> None:
+        self._copies = {copy.name: copy for copies in placed.values() for copy in copies}
+        self._trees = trees
+
+    def position(self, body: str, t: float, link: str | None) -> Vec:
+        """Return the position [m] of a link of a copy, see `pose`.
+
+        Args:
+            body: Name of the copy.
+            t: Any time.
+            link: Name of the link; the first one if None.
+        """
+        return self.pose(body, t, link)[0]
+
+    def pose(self, body: str, t: float, link: str | None) -> tuple[Vec, Quaternion]:
+        """Return the position [m] and orientation (w, x, y, z) of a link of a copy, or of a copy without links.
+
+        Args:
+            body: Name of the copy.
+            t: Any time.
+            link: Name of the link; the first one if None.
+        """
+        copy = self._copies[body]
+        return link_frame(self._trees.get(body), link, copy.pos, copy.quat)
 
 
 def resolve_camera(camera: Camera, scene: FilmedScene) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from math import dist, hypot, pi, radians
 from typing import Any, NamedTuple
 
-from text2sim.compiler.film_cameras import FilmedScene, extent, ground_planes, resolve_target
+from text2sim.compiler.film_cameras import FilmedScene, StartPoses, extent, ground_planes, resolve_target
 from text2sim.compiler.film_places import FilmPlace, adapted, floor_of, open_ground, place_of
 from text2sim.compiler.looks import STATIC_COLOR, luminance, rounded_rgb
 from text2sim.compiler.shapes.rotation import Vec
@@ -227,7 +227,8 @@ def _turn_light(light: Light, ahead: tuple[float, float]) -> Light:
 
 def _ahead(camera: dict[str, Any], scene: FilmedScene) -> tuple[float, float]:
     """Return the horizontal direction in which a camera looks at first; +y if it looks straight down."""
-    pos, look_at, _ = viewpoints.place(camera, 0.0, 0.0, scene)
+    poses = StartPoses(scene.placed, scene.points.trees)
+    pos, look_at, _ = viewpoints.place(camera, 0.0, 0.0, poses)
     x, y = look_at[0] - pos[0], look_at[1] - pos[1]
     away = hypot(x, y)
     return (x / away, y / away) if away > 1e-6 else (0.0, 1.0)
