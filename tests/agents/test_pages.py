@@ -3,6 +3,7 @@
 from math import asin, degrees, hypot
 
 from text2sim.agents import language
+from text2sim.agents.kind_words import kinds_in
 from text2sim.compiler.film_lights import STUDIOS
 
 
@@ -48,6 +49,13 @@ def test_where_the_sun_of_a_lighting_stands_is_said_as_it_is() -> None:
         sun = STUDIOS[name].lights["sun"]
         assert words.format(sun.strength, degrees(asin(-sun.direction[2] / hypot(*sun.direction)))) in page
         assert sun.direction[0] > 0 < sun.direction[1], "from the left behind the camera"
+
+
+def test_a_film_whose_brief_speaks_of_a_mounted_camera_hears_how_one_is_written() -> None:
+    words = "a camera mounted on the hand".split()
+    page = language.reference_pages("render", kinds_in(words))
+    assert "- `on`* (selector): What carries it" in page
+    assert "`mounted`" in language.reference_pages("render", {"still"}).partition("Other kinds: ")[2]
 
 
 def test_fields_that_no_writer_has_a_use_for_are_left_out() -> None:

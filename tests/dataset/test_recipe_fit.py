@@ -42,7 +42,8 @@ def test_a_recipe_that_fits_is_read(tmp_path: Path) -> None:
         "    physics: {bodies.ball.material.density: {times: [1, 2]}, 'bodies.ball.pose.pos[2]': {uniform: [-1, 2]},\n"
         "      actions.events.down: {choice: [{kind: threshold, measure: height, below: 0.2}]}}\n"
         "    counterfactuals: {soft: {/bodies/ball/material/friction: {choice: [0.1]}}}\n"
-        "    looks: {bodies.ball.look.color: {choice: [red]}}\n    lights: {render.exposure: {uniform: [-0.5, 0.5]}}\n",
+        "    looks: {bodies.ball.look.color: {choice: [red]}}\n    lights: {render.exposure: {uniform: [-0.5, 0.5]}}\n"
+        "    cameras: {render.shots: {choice: [{whole: {camera: main}}]}}\n",
     )
 
 

@@ -69,6 +69,7 @@ camera = st.one_of(
     st.builds(lambda a, b: {"kind": "dolly", "from": a, "to": b, "look_at": "b0"}, vec, vec),
     st.builds(lambda r, h: {"kind": "orbit", "look_at": "b0", "radius": r, "height": h}, size, place),
     st.just({"kind": "follow", "body": "b0", "offset": [0, -2, 1]}),
+    st.builds(lambda a: {"kind": "mounted", "on": "b0", "euler_deg": a}, vec),
 )
 
 

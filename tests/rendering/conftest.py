@@ -43,7 +43,8 @@ def make_run(tmp_path: Path) -> MakeRun:
         spans = np.array([what.get("during", (0.0, 0.4)) for what in boxes.values()], float)
         moved = np.clip(times[:, None], *spans.T) - spans[:, 0]
         pos = (start + speed * moved[..., None]).astype(np.float32)
-        quat = np.broadcast_to(np.float32([1, 0, 0, 0]), (*pos.shape[:2], 4))
+        half = times[:, None] * [what.get("spin", 0.0) / 2 for what in boxes.values()]  # about y [rad/s]
+        quat = np.stack([np.cos(half), 0 * half, np.sin(half), 0 * half], axis=2).astype(np.float32)
         np.savez(
             folder / "states" / "chunk_00000.npz",
             time=times, qpos=np.zeros((5, 0), np.float32), links_pos=pos, links_quat=quat,

@@ -69,6 +69,31 @@ def test_points_are_where_the_preview_shows_them(make_run: MakeRun) -> None:
             assert depth[rows, columns].mean() == pytest.approx(away, rel=0.1)
 
 
+def test_what_carries_a_camera_stays_in_its_picture_while_it_swings(make_run: MakeRun) -> None:
+    boxes = {"arm": {"half": 0.06, "pos": (0, 0, 1), "velocity": (1.0, 0, 0), "spin": 2.0, "color": (1, 0, 0)},
+             "post": {"half": 0.06, "pos": (0.4, 1.0, 1.0), "color": (0, 1, 0)}}  # fmt: skip
+    # It looks along the y of the arm with z up: x is to the right.
+    camera = {"kind": "mounted", "body": "arm", "link": "arm", "pos": (0.3, -1.5, 0.2), "look_at": (0.3, 0, 0.2),
+              "up": (0, 0, 1), "fov": 50.0}  # fmt: skip
+    recording = read_recording(make_run(boxes, cameras={"main": camera}))
+    views, stage, watcher = Cameras(recording.film, recording.states), FilmStage(recording), Watcher(recording)
+    aov = mitsuba().load_dict({"type": "aov", "aovs": "paint:albedo"})
+    focal = 90 / np.tan(np.radians(25))
+    for t in (0.0, 0.2, 0.4):
+        view = views.view("main", t)
+        # The post in the frame of the arm, which has moved by t along x and turned by 2 t about y.
+        x, y, z = 0.4 - t, 1.0, 0.0
+        x, z = x * np.cos(2 * t) - z * np.sin(2 * t), x * np.sin(2 * t) + z * np.cos(2 * t)
+        made = mitsuba().render(stage.at(t).solid, sensor=sensor(view, (320, 180)), integrator=aov, spp=1, seed=0)
+        paint = np.array(made, np.float32)[..., -3:]
+        sight = watcher.recorded.sight(t, view, (320, 180))
+        for k, (across, up, away) in enumerate([(-0.3, -0.2, 1.5), (x - 0.3, z - 0.2, y + 1.5)]):
+            film, preview = (paint[..., k] > 0.3) & (paint.max(axis=2) == paint[..., k]), sight.mask(k)
+            for rows, columns in (np.nonzero(film), np.nonzero(preview)):
+                middle = (columns.mean() + 0.5, rows.mean() + 0.5)
+                assert middle == pytest.approx((160 + focal * across / away, 90 - focal * up / away), abs=1.0)
+
+
 def test_a_second_render_does_nothing_and_a_change_only_what_it_touches(make_run: MakeRun) -> None:
     folder = make_run({"crate": SLIDING})
     assert traced(film(folder)) == [True] * 4

@@ -101,6 +101,7 @@ def test_findings_are_those_of_the_evidence(opened: Opened) -> None:
     assert [row["time"] for row in found["events"]] == [0.04, 0.08], "only declared ones, in order"
     assert [(row["name"], row["ok"]) for row in found["expect"]] == [("lands", True), ("falls", False)]
     assert [row["name"] for row in found["cameras"]] == ["main", "round"]
+    assert opened.array(found["cameras"][1]["up"]).reshape(-1, 3).tolist() == [[0, 0, 1]] * 2
     assert found["notes"] == []
 
 

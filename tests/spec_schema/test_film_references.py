@@ -2,6 +2,7 @@
 
 import pytest
 from small_case import problems_of, small
+from staged import staged
 
 from text2sim.compiler.build import resolve_case
 from text2sim.spec_schema.errors import SpecError
@@ -27,6 +28,8 @@ def found(render):
         ("{cameras: {a: {kind: orbit, frame: [ball, 'ball[3]']}}}", "cameras/a/frame/1", "no-copies", "ball"),
         ("{cameras: {a: {kind: still, from: [0, -3, 1], look_at: ball, f_stop: 2, focus: bll}}}", "cameras/a/focus", "unknown-body", "ball"),
         ("{cameras: {a: {kind: keyframed, times: [0, 1], positions: [[0, 0, 1], [1, 0, 1]], look_at: bll}}}", "cameras/a/look_at", "unknown-body", "ball"),
+        ("{cameras: {a: {kind: mounted, on: bll, look_at: [1, 0, 0]}}}", "cameras/a/on", "unknown-body", "ball"),
+        ("{cameras: {a: {kind: mounted, on: ball.hand, look_at: [1, 0, 0]}}}", "cameras/a/on", "unknown-link", "ball"),
         ("{lights: {a: {kind: softbox, direction: [0, 0, -1], at: bll}}}", "lights/a/at", "unknown-body", "ball"),
         ("{lights: {a: {kind: spot, pos: [0, 0, 3], look_at: bll}}}", "lights/a/look_at", "unknown-body", "ball"),
         ("{shots: {a: {camera: mian}}}", "shots/a/camera", "unknown-camera", "main"),
@@ -49,6 +52,11 @@ def test_names_and_times(render, path, rule, hint):
         ("{cameras: {a: {kind: still, from: [0, 0, 1], look_at: ball, margin: 0.1}}}", "cameras/a", "need frame"),
         ("{cameras: {a: {kind: still, frame: [ball], fov_deg: 30, lens_mm: 50}}}", "cameras/a", "either fov_deg or lens_mm"),
         ("{cameras: {a: {kind: still, frame: [ball], focus: ball}}}", "cameras/a", "focus needs an f_stop"),
+        ("{cameras: {a: {kind: mounted, on: ball}}}", "cameras/a", "either look_at or euler_deg"),
+        ("{cameras: {a: {kind: mounted, on: ball, look_at: [1, 0, 0], euler_deg: [0, 90, 0]}}}", "cameras/a", "either look_at or euler_deg"),
+        ("{cameras: {a: {kind: mounted, on: ball, euler_deg: [0, 90, 0], up: [0, 1, 0]}}}", "cameras/a", "up needs look_at"),
+        ("{cameras: {a: {kind: mounted, on: ball, look_at: [0, 0, 0]}}}", "cameras/a", "pos and look_at are the same point"),
+        ("{cameras: {a: {kind: mounted, on: ball, look_at: ball}}}", "cameras/a/look_at", "3 numbers"),
         ("{cameras: {a: {kind: orbit, look_at: ball}}}", "cameras/a", "give radius and height"),
         ("{cameras: {a: {kind: orbit, frame: [ball], radius: 2}}}", "cameras/a", "both radius and height"),
         ("{cameras: {a: {kind: keyframed, times: [0, 1], positions: [[0, 0, 1]], look_at: ball}}}", "cameras/a/positions", "2"),
@@ -64,6 +72,25 @@ def test_names_and_times(render, path, rule, hint):
 def test_words_that_do_not_fit(render, path, said):
     (problem,) = problems_of(small(top=f"render: {render}"))
     assert problem.path == f"/render/{path}"
+    assert said in problem.message
+
+
+@pytest.mark.parametrize(
+    ("on", "said", "hint"),
+    [
+        ("brick", "`brick` selects 12 copies: a camera is mounted on one body", "brick[0]"),
+        ("brick[2:4]", "`brick[2:4]` selects 2 copies", "brick[0]"),
+        ("curtain", "`curtain` deforms", None),
+        ("arm.hnd", "`arm` has no link `hnd`; there are base, elbow, hand", "hand"),
+        ("arm.*", "only one link is allowed here", None),
+    ],
+)
+def test_a_camera_is_mounted_on_one_rigid_body(on, said, hint):
+    camera = {"kind": "mounted", "on": on, "look_at": [0, 0, 1]}
+    with pytest.raises(SpecError) as caught:
+        resolve_case(staged({"/render/cameras/main": camera}))
+    (problem,) = caught.value.problems
+    assert (problem.path, problem.hint) == ("/render/cameras/main/on", hint)
     assert said in problem.message
 
 

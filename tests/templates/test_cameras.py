@@ -38,7 +38,7 @@ def seen(view):
 
 def test_kinds_of_cameras():
     def at(camera, t=0.0, part=0.0):
-        return tuple(np.round(point, 6).tolist() for point in place(camera, t, part, Thrown()))
+        return tuple(np.round(point, 6).tolist() for point in place({"up": UP} | camera, t, part, Thrown())[:2])
 
     assert at({"kind": "still", "pos": (0, -1, 0), "look_at": (0, 0, 0)}) == ([0, -1, 0], [0, 0, 0])
     dolly = {"kind": "dolly", "pos": (0, -1, 0), "to": (2, -1, 0), "look_at": (0, 0, 0)}
@@ -49,6 +49,35 @@ def test_kinds_of_cameras():
     assert at(follow, t=0.5) == ([2, -2, 1.5], [2, 0, 1.5])
     with pytest.raises(ValueError, match="kind"):
         place({"kind": "hover"}, 0, 0, None)
+
+
+def test_a_mounted_camera_moves_and_turns_with_its_carrier():
+    class Swing:
+        """A body that moves along x and turns about the axis (1, 2, 2) / 3."""
+
+        def pose(self, body, t, link):
+            assert (body, link) == ("arm", "hand")
+            return np.array((4.0 * t, 0.0, 1.0)), (math.cos(t), *(math.sin(t) * np.array((1, 2, 2)) / 3))
+
+    camera = {
+        "kind": "mounted",
+        "body": "arm",
+        "link": "hand",
+        "pos": (0.2, 0, 0.1),
+        "look_at": (0.2, 0, 1.1),
+        "up": (0, 1, 0),
+    }
+    mounted, local = cameras(camera, Swing()), np.array(((0.3, 0.1, 0.6), (0.1, -0.1, 2.1)))
+    for t in (0.0, 0.4, 1.1, 3.0):
+        angle, axis = 2 * t, np.array((1, 2, 2)) / 3
+        # Rodrigues' formula: v cos a + (n x v) sin a + n (n . v) (1 - cos a).
+        turned = local * math.cos(angle) + np.cross(axis, local) * math.sin(angle)
+        turned += np.outer(local @ axis, axis) * (1 - math.cos(angle))
+        seen_at = project(mounted.view("main", t), turned + (4 * t, 0, 1), ASPECT)
+        # A pinhole at (0.2, 0, 0.1) that looks along z, y up, so that x is to the left; half the picture is tan 20 deg high.
+        depth, half = local[:, 2] - 0.1, math.tan(math.radians(20))
+        expected = (0.2 - local[:, 0]) / depth / half / ASPECT, local[:, 1] / depth / half, depth
+        assert seen_at == pytest.approx(np.stack(expected, axis=1), abs=1e-9)
 
 
 def test_a_way_through_keyframes_passes_them_and_rests_at_both_ends():

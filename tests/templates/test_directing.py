@@ -106,7 +106,7 @@ def swings(t):
 
 def stands_at(made, t=1.0):
     camera = made["cameras"]["main"]
-    pos, look_at = (np.asarray(point, float) for point in place(camera, t, 0.0, None))
+    pos, look_at = (np.asarray(point, float) for point in place(camera, t, 0.0, None)[:2])
     return (pos - look_at) / np.linalg.norm(pos - look_at)
 
 

@@ -12,13 +12,15 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.selection import select
 from text2sim.compiler.shapes.piece import Ball
 from text2sim.compiler.shapes.regions import RegionError
-from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_from_euler_deg, quat_rotate, vector_plus
+from text2sim.compiler.trees.tree import Tree, link_frame
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.bodies import Driven
-from text2sim.spec_schema.models.cameras import Camera, Dolly, Follow, Keyframed, Orbit, Still
+from text2sim.spec_schema.models.cameras import Camera, Dolly, Follow, Keyframed, Mounted, Orbit, Still
 from text2sim.spec_schema.models.regions import BodyPoint
 from text2sim.spec_schema.names.selectors import body_of, parse_selector
+from text2sim.templates.viewpoints import basis
 
 DEFAULT_FOV = 32.0
 """Vertical field of view [deg] of that camera: a lens of 42 mm, which draws things as eyes see them."""
@@ -60,6 +62,40 @@ class FilmedScene(NamedTuple):
         return [ball for copy in chosen for ball in self.balls.get(copy.name, [(copy.pos, 0.05)])]
 
 
+class StartPoses:
+    """Poses of copies and links at the start, whatever the time, for `viewpoints.place`.
+
+    Args:
+        placed: Copies by body, statics included.
+        trees: Trees of links by name of the copy.
+    """
+
+    def __init__(self, placed: dict[str, list[Copy]], trees: dict[str, Tree]) -> None:
+        self._copies = {copy.name: copy for copies in placed.values() for copy in copies}
+        self._trees = trees
+
+    def position(self, body: str, t: float, link: str | None) -> Vec:
+        """Return the position [m] of a link of a copy, see `pose`.
+
+        Args:
+            body: Name of the copy.
+            t: Any time.
+            link: Name of the link; the first one if None.
+        """
+        return self.pose(body, t, link)[0]
+
+    def pose(self, body: str, t: float, link: str | None) -> tuple[Vec, Quaternion]:
+        """Return the position [m] and orientation (w, x, y, z) of a link of a copy, or of a copy without links.
+
+        Args:
+            body: Name of the copy.
+            t: Any time.
+            link: Name of the link; the first one if None.
+        """
+        copy = self._copies[body]
+        return link_frame(self._trees.get(body), link, copy.pos, copy.quat)
+
+
 def resolve_camera(camera: Camera, scene: FilmedScene) -> dict[str, Any]:
     """Return a camera as plain numbers; one with a frame stands where it shows all of it at the start."""
     plain: dict[str, Any] = {"kind": camera.kind, "up": camera.up, "fov": round(camera.field, 4)}
@@ -67,6 +103,9 @@ def resolve_camera(camera: Camera, scene: FilmedScene) -> dict[str, Any]:
         plain["f_stop"] = camera.f_stop
         if camera.focus is not None:
             plain["focus"] = _focus(camera.focus, scene)
+    if isinstance(camera, Mounted):
+        copies, link = select(camera.on, scene.placed)
+        return plain | {"body": copies[0].name, "link": link} | _line_of_sight(camera)
     if isinstance(camera, Follow):
         copies, link = select(camera.body, scene.placed)
         plain |= {"body": copies[0].name, "link": link, "smooth": camera.smooth}
@@ -96,6 +135,20 @@ def resolve_camera(camera: Camera, scene: FilmedScene) -> dict[str, Any]:
     else:
         frame |= {"direction": camera.direction or _free_direction(_names(camera.frame), scene)}
     return _framed(plain | {"frame": frame}, _subject_balls(_names(camera.frame), scene), scene)
+
+
+def _line_of_sight(camera: Mounted) -> dict[str, Any]:
+    """Return position, target and up direction of a camera in the frame of its carrier.
+
+    Up is at right angles to the line of sight there, so that the picture cannot turn about it while the carrier turns.
+    """
+    if camera.euler_deg is None:
+        look_at, up = camera.look_at, basis(camera.pos, camera.look_at, camera.up or (0.0, 0.0, 1.0))[1]
+    else:
+        quat = quat_from_euler_deg(camera.euler_deg)
+        look_at = vector_plus(camera.pos, quat_rotate(quat, (0.0, 0.0, 1.0)))
+        up = quat_rotate(quat, (0.0, -1.0, 0.0))
+    return {"pos": camera.pos, "look_at": _rounded(look_at, 6), "up": _rounded(up, 6)}
 
 
 def derived_camera(scene: FilmedScene) -> dict[str, Any]:
@@ -286,6 +339,6 @@ def _longest(low: Vec, high: Vec) -> float:
     return max(b - a for a, b in zip(low, high, strict=True))
 
 
-def _rounded(point: Any) -> Vec:
-    x, y, z = (round(float(c), 4) for c in point)
+def _rounded(point: Any, digits: int = 4) -> Vec:
+    x, y, z = (round(float(c), digits) for c in point)
     return (x, y, z)

@@ -1,14 +1,15 @@
 """Lights of the render section as numbers, the named studios, and the exposure that fits them."""
 
-from math import cos, dist, hypot, pi, radians, sin
+from math import dist, hypot, pi, radians
 from typing import Any, NamedTuple
 
-from text2sim.compiler.film_cameras import FilmedScene, extent, ground_planes, resolve_target
+from text2sim.compiler.film_cameras import FilmedScene, StartPoses, extent, ground_planes, resolve_target
 from text2sim.compiler.film_places import FilmPlace, adapted, floor_of, open_ground, place_of
 from text2sim.compiler.looks import STATIC_COLOR, luminance, rounded_rgb
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.lights import Environment, Lamp, Light, Sky, Softbox, Spot, Sun
 from text2sim.spec_schema.models.render import Render
+from text2sim.templates import viewpoints
 
 SOFTBOX_DISTANCE = 4.0
 """Default distance of a softbox, in radii of the scene."""
@@ -127,7 +128,8 @@ def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) ->
     center, radius = extent(scene)
     given: dict[str, Light] = dict(render.lights)
     if not given:
-        given = {name: _turn_light(light, camera) for name, light in studio.lights.items()}
+        ahead = _ahead(camera, scene)
+        given = {name: _turn_light(light, ahead) for name, light in studio.lights.items()}
     elif not any(isinstance(light, Environment | Sky) for light in given.values()):
         strength = render.ambient if render.ambient is not None else 0.16
         given["ambient"] = Environment.model_construct(kind="environment", strength=strength)
@@ -212,29 +214,22 @@ def _light(light: Light, scene: FilmedScene, center: Vec, radius: float, side: f
     }
 
 
-def _turn_light(light: Light, camera: dict[str, Any]) -> Light:
+def _turn_light(light: Light, ahead: tuple[float, float]) -> Light:
     """Return a studio's light, its direction turned from across, ahead and up to the axes of the world."""
     if isinstance(light, Environment):
         return light
     assert isinstance(light, Sun | Softbox)
-    ahead = _ahead(camera)
     across, along, up = light.direction
     right = (ahead[1], -ahead[0])
     x, y = (across * r + along * a for r, a in zip(right, ahead, strict=True))
     return light.model_copy(update={"direction": (round(x, 4), round(y, 4), up)})
 
 
-def _ahead(camera: dict[str, Any]) -> tuple[float, float]:
+def _ahead(camera: dict[str, Any], scene: FilmedScene) -> tuple[float, float]:
     """Return the horizontal direction in which a camera looks at first; +y if it looks straight down."""
-    if camera["kind"] == "orbit":
-        x, y = -cos(camera["start"]), -sin(camera["start"])
-    elif "offset" in camera:
-        x, y = -camera["offset"][0], -camera["offset"][1]
-    else:
-        pos = camera["positions"][0] if "positions" in camera else camera["pos"]
-        to = camera.get("look_at", (0.0, 0.0, 0.0))
-        to = to[0] if isinstance(to, list) else to
-        x, y = to[0] - pos[0], to[1] - pos[1]
+    poses = StartPoses(scene.placed, scene.points.trees)
+    pos, look_at, _ = viewpoints.place(camera, 0.0, 0.0, poses)
+    x, y = look_at[0] - pos[0], look_at[1] - pos[1]
     away = hypot(x, y)
     return (x / away, y / away) if away > 1e-6 else (0.0, 1.0)
 

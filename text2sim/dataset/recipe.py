@@ -24,6 +24,8 @@ Few = Annotated[Count, Field(le=MAX_DRAWS)]
 LOOKS = ("background", "backdrop", "tone")
 """Keys of `render` that belong to neither lights nor cameras."""
 LIGHTS = ("lights", "exposure")
+CAMERAS = ("cameras", "shots")
+"""Keys of `render` that belong to cameras: shots choose which of them films."""
 
 
 class Draw(Model):
@@ -207,5 +209,5 @@ def in_section(path: Path, group: str) -> str | None:
     elif group == "lights":
         ok, wanted = inner in LIGHTS, f"a path that begins with render.{' or render.'.join(LIGHTS)}"
     else:
-        ok, wanted = inner == group, f"a path that begins with render.{group}"
+        ok, wanted = inner in CAMERAS, f"a path that begins with render.{' or render.'.join(CAMERAS)}"
     return None if ok else f"does not belong to {group}, which takes {wanted}"

@@ -3,9 +3,8 @@
 from typing import Any, NamedTuple
 
 from text2sim.compiler.build import Resolution
-from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.film_cameras import StartPoses
 from text2sim.compiler.shapes.rotation import Vec
-from text2sim.compiler.trees.tree import tree_links
 from text2sim.drawing.view import PictureView, perspective
 from text2sim.templates.viewpoints import clip, place
 
@@ -38,8 +37,8 @@ def camera_pose(resolution: Resolution, name: str, t: float = 0.0) -> CameraPose
     camera = cameras(resolution)[name]
     span = render["end"] - render["start"]
     part = min(max((t - render["start"]) / span, 0.0), 1.0) if span > 0 else 0.0
-    pos, target = place(camera, t, part, _Start(resolution))
-    return CameraPose(pos, target, camera["up"])
+    poses = StartPoses(resolution.placed, resolution.lowering.trees)
+    return CameraPose(*place(camera, t, part, poses))
 
 
 def film_view(resolution: Resolution, name: str, size: tuple[int, int], t: float = 0.0) -> PictureView:
@@ -59,20 +58,3 @@ def film_view(resolution: Resolution, name: str, size: tuple[int, int], t: float
     shrink = min(size[0] / wide, size[1] / tall)
     fitting = max(round(wide * shrink), 1), max(round(tall * shrink), 1)
     return perspective(*pose, camera["fov"], fitting, near=clip(camera)[0])
-
-
-class _Start:
-    """Positions of a scene at its start, for cameras."""
-
-    def __init__(self, resolution: Resolution) -> None:
-        self._resolution = resolution
-
-    def position(self, name: str, t: float, link: str | None) -> Vec:
-        """Position [m] of a copy's link, by default its first."""
-        groups = self._resolution.placed.values()
-        copy: Copy = next(copy for group in groups for copy in group if copy.name == name)
-        tree = self._resolution.lowering.trees.get(name)
-        if tree is None:
-            return copy.pos
-        standing = {part.link.name: part.pos for part in tree_links(tree, copy.pos, copy.quat)}
-        return standing[link if link is not None else tree.roots[0].name]

@@ -51,7 +51,7 @@ def camera_tracks(recording: FilmRecord) -> dict[str, Track]:
         chosen = np.unique(np.linspace(0, len(times) - 1, min(len(times), MAX_CAMERA_POSES)).round().astype(int))
         times = [times[k] for k in chosen]
         views = [cameras.view(name, t, parts[t]) for t in times]
-        rows = np.array([[*view.pos, *view.look_at, view.focus] for view in views])
+        rows = np.array([[*view.pos, *view.look_at, *view.up, view.focus] for view in views])
         kept = slice(None) if (rows != rows[0]).any() else slice(1)
         tracks[name] = Track(np.array(times[kept]), views[kept])
     return tracks

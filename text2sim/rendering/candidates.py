@@ -97,8 +97,8 @@ class Scorer:
     def score(self, candidate: Candidate) -> float:
         """Return the score of a candidate, about 0 to 1."""
         camera = self.camera(candidate)
-        pos, look_at = (np.asarray(point, float) for point in place(camera, 0.0, 0.0, None))
-        view = View(pos, look_at, np.asarray(camera["up"], float), camera["fov"], 1.0, 0.0)
+        pos, look_at, up = (np.asarray(vector, float) for vector in place(camera, 0.0, 0.0, None))
+        view = View(pos, look_at, up, camera["fov"], 1.0, 0.0)
         return self.judge([view] * len(self._things), look_at - pos) - candidate.habit
 
     def judge(self, views: Sequence[View], ahead: Array) -> float:

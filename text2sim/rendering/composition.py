@@ -53,7 +53,7 @@ SETTLED, ENDS = 0.99, 40
 its end."""
 SHORTEST = 1.5
 """Shortest length [s of film] to which the last shot is cut."""
-UNTIMED = ("still", "follow", "keyframed")
+UNTIMED = ("still", "follow", "mounted", "keyframed")
 """Kinds of cameras that do not move faster in a shorter shot."""
 WIDEST_FOV = 140.0
 """Largest field of view of the language [deg]."""

@@ -157,7 +157,7 @@ def pack_cameras(scenery: Scenery, blob: Blob) -> list[dict[str, Any]]:
                 "name": name, "times": blob.add(track.times.astype(np.float32)),
                 "pos": blob.add(np.array([view.pos for view in track.views], np.float32)),
                 "look": blob.add(np.array([view.look_at for view in track.views], np.float32)),
-                "up": [float(x) for x in track.views[0].up], "fov": track.views[0].fov,
+                "up": blob.add(np.array([view.up for view in track.views], np.float32)), "fov": track.views[0].fov,
             }
         )  # fmt: skip
     return rows

@@ -42,8 +42,9 @@ class Cameras:
 
     Args:
         film: Constants of `render.py`, see `cadence.film_of`.
-        states: Has `position(body, t, link)`, shape (3,) [m]. If it also has `bounds(bodies, t)`, the outermost points
-            of bodies, shape (n, 3) [m], and the recorded times `time` [s], cameras with a `frame` are fitted to them.
+        states: Has `position` and `pose`, see `viewpoints.place`. If it also has `bounds(bodies, t)`, the outermost
+            points of bodies, shape (n, 3) [m], and the recorded times `time` [s], cameras with a `frame` are fitted to
+            them.
     """
 
     def __init__(self, film: dict, states: Any):
@@ -61,7 +62,7 @@ class Cameras:
             part: Progress of a camera that moves over its take, 0 to 1.
         """
         camera = self._camera(name)
-        pos, look_at = (np.asarray(point, float) for point in place(camera, t, part, self._states))
+        pos, look_at, up = (np.asarray(vector, float) for vector in place(camera, t, part, self._states))
         ahead = look_at - pos
         distance = float(np.linalg.norm(ahead))
         focus = distance
@@ -69,7 +70,7 @@ class Cameras:
             point = self._point(camera["focus"], t)
             focus = max(float((point - pos) @ ahead) / distance, 1e-3) if distance else distance
         aperture = aperture_radius(camera["fov"], camera["f_stop"]) if camera.get("f_stop") else 0.0
-        return View(pos, look_at, np.asarray(camera["up"], float), float(camera["fov"]), focus, aperture)
+        return View(pos, look_at, up, float(camera["fov"]), focus, aperture)
 
     def _camera(self, name: str) -> dict:
         camera = self._cameras[name]

@@ -79,6 +79,17 @@ class States:
         pos = self._pos[:, self._links[body, link]].astype(float)
         return (1 - w) * pos[a] + w * pos[b]
 
+    def pose(self, body: str, t: float, link: str | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Position [m], shape (3,), and orientation (w, x, y, z) of a link's authored frame at a time.
+
+        Args:
+            body: Copy name, of a body that does not deform.
+            t: Time [s].
+            link: Name of the link; the first one if None.
+        """
+        (a, b, w), k = self.around(t), self._links[body, link]
+        return self.position(body, t, link), slerp(self._quat[a, k].astype(float), self._quat[b, k].astype(float), w)
+
     def qpos(self, t: float) -> np.ndarray:
         """Generalized positions at time `t` [s], shape (Q,): interpolated linearly, quaternions by `slerp`."""
         i, j, w = self.around(t)

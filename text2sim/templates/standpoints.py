@@ -262,5 +262,5 @@ def typical(points: np.ndarray, bodies: int) -> np.ndarray:
 
 def view_of(camera: dict) -> View:
     """Return the view of a still camera."""
-    pos, look_at = (np.asarray(point, float) for point in place(camera, 0.0, 0.0, None))
-    return View(pos, look_at, np.asarray(camera["up"], float), float(camera["fov"]), 1.0, 0.0)
+    pos, look_at, up = (np.asarray(vector, float) for vector in place(camera, 0.0, 0.0, None))
+    return View(pos, look_at, up, float(camera["fov"]), 1.0, 0.0)

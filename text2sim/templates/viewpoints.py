@@ -4,6 +4,7 @@ A camera is a dictionary from `render.py`. All have `kind`, `up`, and the vertic
 
     still       pos, look_at
     follow      body, link, smooth [s], and pos or offset [m]
+    mounted     body, link, and in its frame pos, look_at and up
     orbit       look_at, radius, height [m], start, turn [rad]
     dolly       pos, to, look_at
     keyframed   times [s], positions [m], look_at: a point, or one for each time
@@ -23,18 +24,27 @@ MEAN_OF = 9
 """Number of moments over which the position of a followed body is averaged."""
 
 
-def place(camera: dict, t: float, part: float, states: Any) -> tuple[Vec, Vec]:
-    """Return the position of a camera and the point it looks at [m].
+def place(camera: dict, t: float, part: float, states: Any) -> tuple[Vec, Vec, Vec]:
+    """Return the position of a camera, the point it looks at [m], and the direction that is up in its picture.
 
     Args:
         camera: The camera.
         t: Simulated time [s].
         part: Progress of a camera that moves over its take, 0 to 1.
-        states: Has `position(body, t, link)`, three numbers [m].
+        states: Has `position(body, t, link)`, three numbers [m], and for a mounted camera `pose(body, t, link)`, the
+            position and the orientation (w, x, y, z).
 
     Raises:
         ValueError: If the camera is of an unknown kind.
     """
+    if camera["kind"] == "mounted":
+        pos, quat = states.pose(camera["body"], t, camera["link"])
+        eye, look_at, up = (_turned(quat, camera[key]) for key in ("pos", "look_at", "up"))
+        return _sum(pos, eye), _sum(pos, look_at), up
+    return *_line_of_sight(camera, t, part, states), camera["up"]
+
+
+def _line_of_sight(camera: dict, t: float, part: float, states: Any) -> tuple[Vec, Vec]:
     kind = camera["kind"]
     if kind == "still":
         return camera["pos"], camera["look_at"]
@@ -126,6 +136,14 @@ def clip(camera: dict) -> tuple[float, float]:
 
 def _sum(a: Any, b: Any) -> Vec:
     return (float(a[0]) + b[0], float(a[1]) + b[1], float(a[2]) + b[2])
+
+
+def _turned(quat: Any, vector: Vec) -> Vec:
+    """Return a vector rotated by a unit quaternion (w, x, y, z)."""
+    w, x, y, z = (float(c) for c in quat)
+    twist = _cross((2 * x, 2 * y, 2 * z), vector)
+    a, b, c = _cross((x, y, z), twist)
+    return (vector[0] + w * twist[0] + a, vector[1] + w * twist[1] + b, vector[2] + w * twist[2] + c)
 
 
 def _cross(a: Vec, b: Vec) -> Vec:

@@ -45,6 +45,13 @@ class TestUnseen:
         assert found.path == "/render/cameras/main"
         assert "it is behind the camera; set look_at to [0, -6, 0.5]" in found.message
 
+    def test_a_mounted_camera_is_told_the_point_in_its_own_frame(self, tmp_path: Path) -> None:
+        pole = "bodies: {pole: {kind: driven, shape: {kind: box, size: [0.1, 0.1, 1]}, pose: {pos: [1, 2, 3], euler_deg: [0, 0, 90]}, motion: {kind: spin, axis: z, speed: 1}}}"
+        camera = "render: {cameras: {main: {kind: mounted, on: pole, pos: [0, 0.2, 0.8], look_at: [0, 2, 0.8]}}}"
+        (found,) = findings(tmp_path, "unseen-subject", BALL.format("[3, 2, 3]", ""), pole, SCRIPT, camera)
+        # 2 m along the world's x is 2 m along -y of a frame turned by 90 deg about z; the camera looks along its y, -x.
+        assert "it is behind the camera; set look_at to [0, -2, 0] in the frame of what carries it" in found.message
+
     def test_beside_the_picture_with_the_angle_that_holds_it(self, tmp_path: Path) -> None:
         parts = BALL.format("[0, 0, 3]", ""), SCRIPT, STILL.format("[0, -4, 0.5]", "[0, 0, 0.5]")
         (found,) = findings(tmp_path, "unseen-subject", *parts)

@@ -178,6 +178,21 @@ def tree_links(tree: Tree, pos: Vec = ORIGIN, quat: Quaternion = IDENTITY) -> li
     return found
 
 
+def link_frame(tree: Tree | None, name: str | None, pos: Vec, quat: Quaternion) -> tuple[Vec, Quaternion]:
+    """Return position [m] and orientation of a link at the start; those of the body itself if it has no links.
+
+    Args:
+        tree: Its tree; None for a body without links.
+        name: The link; the first one if None.
+        pos: Position of the body [m].
+        quat: Its orientation (w, x, y, z).
+    """
+    if tree is None or not tree.roots:
+        return pos, quat
+    name = tree.roots[0].name if name is None else name
+    return next(((row.pos, row.quat) for row in tree_links(tree, pos, quat) if row.link.name == name), (pos, quat))
+
+
 def tree_pieces(
     tree: Tree, pos: Vec = ORIGIN, quat: Quaternion = IDENTITY, *, drawn: bool = False
 ) -> list[StandingPiece]:

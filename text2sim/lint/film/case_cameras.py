@@ -4,8 +4,16 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from text2sim.compiler.shapes.rotation import Vec, vector_dot, vector_minus, vector_plus
-from text2sim.compiler.trees.tree import tree_links
+from text2sim.compiler.shapes.rotation import (
+    Quaternion,
+    Vec,
+    quat_conjugate,
+    quat_rotate,
+    vector_dot,
+    vector_minus,
+    vector_plus,
+)
+from text2sim.compiler.trees.tree import link_frame
 from text2sim.lint.facts import Facts, once_per_case
 from text2sim.templates.cadence import Frame, frames, reels
 from text2sim.templates.viewpoints import basis, place
@@ -136,24 +144,40 @@ def view_at(facts: Facts, name: str, t: float, offset: Offset | None = None, par
     camera = render["cameras"][name]
     span = render["end"] - render["start"]
     plain = min(max((t - render["start"]) / span, 0.0), 1.0) if span > 0 else 0.0
-    pos, target = place(camera, t, plain if part is None else part, _Known(facts, t, offset))
-    right, up, ahead = basis(pos, target, camera["up"])
+    pos, target, upwards = place(camera, t, plain if part is None else part, _Known(facts, t, offset))
+    right, up, ahead = basis(pos, target, upwards)
     tan_half_height = math.tan(math.radians(camera["fov"]) / 2)
     tan_half_width = tan_half_height * render["resolution"][0] / render["resolution"][1]
     return CameraView(name, pos, target, right, up, ahead, tan_half_height, tan_half_width)
 
 
+def point_for(facts: Facts, name: str, point: Vec) -> tuple[Vec, str]:
+    """Return a point of the world as a camera's `look_at` has it [m], and words for the frame that is not the world.
+
+    Args:
+        facts: The case.
+        name: Name of the camera.
+        point: The point at the start [m].
+    """
+    camera = facts.plan.render["cameras"][name]
+    if camera["kind"] != "mounted":
+        return point, ""
+    pos, quat = _Known(facts, 0.0, None).pose(camera["body"], 0.0, camera["link"])
+    return quat_rotate(quat_conjugate(quat), vector_minus(point, pos)), " in the frame of what carries it"
+
+
 class _Known:
-    """Predicted positions at a moment, in the form that cameras need."""
+    """Predicted positions at a moment, in the form that cameras need; orientations are those at the start."""
 
     def __init__(self, facts: Facts, t: float, offset: Offset | None) -> None:
         self._facts, self._t, self._offset = facts, t, offset
 
     def position(self, body: str, t: float, link: str | None) -> Vec:
         """Return the position [m] of a copy's link, or of its root; `t` is close enough to the moment not to matter."""
+        return self.pose(body, t, link)[0]
+
+    def pose(self, body: str, t: float, link: str | None) -> tuple[Vec, Quaternion]:
+        """Return the position [m] of a copy's link, or of its root, and its orientation at the start."""
         copy = self._facts.copies[body]
-        start, tree = copy.pos, self._facts.tree(copy)
-        if tree is not None and tree.roots:
-            standing = {row.link.name: row.pos for row in tree_links(tree, copy.pos, copy.quat)}
-            start = standing.get(link if link is not None else tree.roots[0].name, copy.pos)
-        return start if self._offset is None else vector_plus(start, self._offset(body, self._t))
+        pos, quat = link_frame(self._facts.tree(copy), link, copy.pos, copy.quat)
+        return (pos if self._offset is None else vector_plus(pos, self._offset(body, self._t))), quat

@@ -10,7 +10,7 @@ from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts, once_per_case
 from text2sim.lint.film.body_paths import comes_in
-from text2sim.lint.film.case_cameras import CameraView, pictures_taken, view_at
+from text2sim.lint.film.case_cameras import CameraView, pictures_taken, point_for, view_at
 from text2sim.lint.film.subjects import Balls, center_of, drawn, subjects
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, vector
@@ -68,7 +68,7 @@ def _unseen(facts: Facts) -> Iterator[Problem]:
     for name, balls, seeing in _filmed_subjects(facts):
         why = ""
         if not seeing:
-            why = "" if comes_in(facts, name) else _way_in(views[0], balls)
+            why = "" if comes_in(facts, name) else _way_in(facts, views[0], balls)
         elif all(maybe_hidden(facts, view, name, balls) for view in seeing):
             why = hidden_behind(facts, seeing, name)
         if why:
@@ -76,11 +76,12 @@ def _unseen(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("unseen-subject", camera_to_blame(views), text, key=True)
 
 
-def _way_in(view: CameraView, balls: Balls) -> str:
+def _way_in(facts: Facts, view: CameraView, balls: Balls) -> str:
     """Return why a subject is not in the picture of a camera, and what would bring it there."""
     center = center_of(balls)
     needed = view.fov_to_show(center)
-    look = f"set look_at to {vector(tuple(round(c, 2) for c in center))}"
+    point, frame = point_for(facts, view.name, center)
+    look = f"set look_at to {vector(tuple(round(c, 2) for c in point))}{frame}"
     if needed is None:
         return f"it is behind the camera; {look}"
     if needed >= 100:

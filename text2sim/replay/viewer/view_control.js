@@ -51,7 +51,7 @@ class ViewControl {
     const mix = (values) => new THREE.Vector3().fromArray(values, 3 * a).lerp(new THREE.Vector3().fromArray(values, 3 * b), w);
     const look = mix(film.look);
     camera.position.copy(mix(film.pos));
-    camera.up.set(...film.up);
+    camera.up.copy(mix(film.up));
     const ahead = look.clone().sub(camera.position).normalize();
     if (Math.abs(ahead.dot(camera.up)) > 0.9999) camera.up.set(0, 1, 0);  // +y is up if it looks straight down
     camera.lookAt(look);

@@ -13,7 +13,7 @@ from text2sim.spec_schema.text.document import Path, leaves, mapping_at, pointer
 
 Kind = Literal["changed", "added", "removed", "moved", "kind"]
 _SPACE = (("pose", "pos"), ("place", "at"), ("place", "offset"))
-_CAMERA = ("from", "look_at")
+_CAMERA = ("from", "pos", "look_at")
 LONG_LIST = 8
 """Longer lists are compared item by item."""
 SHOTS = ("render", "shots")

@@ -35,8 +35,6 @@ class _Camera(Model):
     focus: Target | None = None
     """With `f_stop`: the sharp point [m], or a body, which stays sharp while it moves. By default the target of the
     camera."""
-    up: Direction = (0.0, 0.0, 1.0)
-    """Up direction of the picture; +y if the camera looks straight up or down."""
 
     @model_validator(mode="after")
     def _one_lens(self) -> "_Camera":
@@ -52,7 +50,12 @@ class _Camera(Model):
         return fov_of_lens(self.lens) if self.lens is not None else self.fov if self.fov is not None else FOV
 
 
-class _Framing(_Camera):
+class _Upright(_Camera):
+    up: Direction = (0.0, 0.0, 1.0)
+    """Up direction of the picture; +y if the camera looks straight up or down."""
+
+
+class _Framing(_Upright):
     frame: Annotated[list[Selector], Field(min_length=1, max_length=50)] | None = None
     """Bodies and statics that the picture shows, from the first moment of the camera's shots to the last. The position
     is derived from the recording."""
@@ -101,7 +104,7 @@ class Still(_Framing):
         return self
 
 
-class Follow(_Camera):
+class Follow(_Upright):
     """A camera that keeps looking at a body, from a fixed position or moving along."""
 
     kind: Literal["follow"]
@@ -118,6 +121,36 @@ class Follow(_Camera):
     def _one_place(self) -> "Follow":
         if (self.from_ is None) == (self.offset is None):
             raise ValueError("give either from or offset")
+        return self
+
+
+class Mounted(_Camera):
+    """A camera fixed to a body or link, which moves and turns with it: on a robot's hand, a dashboard or a drone.
+
+    `pos`, `look_at`, `euler_deg` and `up` are in the frame of what carries it.
+    """
+
+    kind: Literal["mounted"]
+    on: Selector
+    """What carries it: one static or body that does not deform, or a link (`arm.hand`); of several links, the first."""
+    pos: Vec3 = (0.0, 0.0, 0.0)
+    """Its position [m]."""
+    look_at: Vec3 | None = None
+    """The point [m] in the middle of the picture; give either this or `euler_deg`."""
+    euler_deg: Vec3 | None = None
+    """Its orientation [deg]: rotations about the fixed x, then y, then z axis of a camera that looks along z, with x to
+    the right and y down in the picture, as hand-eye calibration gives it. With `f_stop` it is sharp at 1 m."""
+    up: Direction | None = None
+    """With `look_at`: up direction of the picture; by default z, or y if the camera looks along z."""
+
+    @model_validator(mode="after")
+    def _one_direction(self) -> "Mounted":
+        if (self.look_at is None) == (self.euler_deg is None):
+            raise ValueError("give either look_at or euler_deg")
+        if self.euler_deg is not None and self.up is not None:
+            raise ValueError("up needs look_at: euler_deg says what is up")
+        if self.look_at == self.pos:
+            raise ValueError("pos and look_at are the same point")
         return self
 
 
@@ -147,7 +180,7 @@ class Orbit(_Framing):
         return self
 
 
-class Dolly(_Camera):
+class Dolly(_Upright):
     """A camera that moves along a straight line over its shots, or over the whole film."""
 
     kind: Literal["dolly"]
@@ -159,7 +192,7 @@ class Dolly(_Camera):
     """Its target (for a body: the position at the start)."""
 
 
-class Keyframed(_Camera):
+class Keyframed(_Upright):
     """A camera on a smooth path through given points, at rest at both ends."""
 
     kind: Literal["keyframed"]
@@ -183,4 +216,4 @@ class Keyframed(_Camera):
         return self
 
 
-Camera = Annotated[Still | Follow | Orbit | Dolly | Keyframed, ByKind()]
+Camera = Annotated[Still | Follow | Mounted | Orbit | Dolly | Keyframed, ByKind()]

@@ -3,6 +3,7 @@
 from typing import Any
 
 from text2sim.spec_schema.models.base import span_of
+from text2sim.spec_schema.models.cameras import Mounted
 from text2sim.spec_schema.models.regions import BodyPoint
 from text2sim.spec_schema.models.render import Render, Shot
 from text2sim.spec_schema.names.name_table import NameTable
@@ -20,6 +21,8 @@ def check_film(table: NameTable) -> None:
     for section, things in (("cameras", render.cameras), ("lights", render.lights)):
         for name, thing in things.items():
             _check_targets(table, ("render", section, name), thing)
+            if isinstance(thing, Mounted):
+                _check_carrier(table, ("render", section, name, "on"), thing.on)
     _check_shots(table)
     measures = table.loaded.case.actions.measures
     for i, name in enumerate(render.overlay.values):
@@ -42,6 +45,15 @@ def _check_targets(table: NameTable, where: Path, thing: Any) -> None:
         if found is not None and getattr(getattr(found.model, "shape", None), "kind", None) == "plane":
             message = f"`{found.name}` is a plane, too large for a picture; name the bodies on it"
             table.report((*where, "frame", i), message, "endless-frame")
+
+
+def _check_carrier(table: NameTable, where: Path, on: str) -> None:
+    member = table.find(on, where)
+    if member is not None and (member.count > 1 or member.deforms):
+        what = "deforms" if member.deforms else f"selects {member.count} copies"
+        hint = f"{member.name}[0]" if member.count > 1 and not member.deforms else None
+        message = f"`{on}` {what}: a camera is mounted on one body that does not deform, or on one link"
+        table.report(where, message, "carrier", hint)
 
 
 def _check_shots(table: NameTable) -> None:
