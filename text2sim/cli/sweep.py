@@ -157,7 +157,7 @@ class _Table:
         write_atomically(self.folder / "sweep.csv", stream.getvalue())
 
     def say(self) -> None:
-        """Print the values that were judged below what was expected of them, in as many tables as need be side by side."""
+        """Print the values that were judged, below what was expected of them, in as many tables as the width needs."""
         columns = [["", "", *(row["label"] for row in self.rows)]]
         columns.append(["came true", "", *(f"{row['came_true']}/{row['expected']}" for row in self.rows)])
         for name, unit in self.units.items():
