@@ -87,6 +87,5 @@ class History:
         longest = max(self.made[-RECENT_RUNS:], key=lambda one: one.took, default=attempt)
         if longest.took:
             took = f"took {longest.took:.0f} s to its next letter, of which {longest.pace:.3g} s per simulated second"
-            rest = "the rest for start, judging, pictures and runs without a cause"
-            words.append(f"attempt {longest.number} {took}, {rest}")
+            words.append(f"attempt {longest.number} {took}, the rest for start, judging and pictures")
         return "; ".join(words) + ".", minutes
