@@ -127,9 +127,14 @@ def test_a_run_that_would_take_too_much_of_the_time_left_is_not_repeated(
     seen: list[Any] = []
     done = SimpleNamespace(stopped=False, state="finished", expectations={})
     monkeypatch.setattr(run, "run_case", lambda *given, **more: seen.append(given) or done)
-    attempt, made = Attempt(1, TEXT, "x", wall=wall), plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]})
+    monkeypatch.setattr("text2sim.agents.attempts.monotonic", lambda: 90.0 * len(seen))
+    attempt, made = (
+        Attempt(1, TEXT, "x", wall=wall, took=250.0),
+        plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]}),
+    )
     Attempts(tmp_path).rerun_without_causes(attempt, made, 1.0, lambda progress: None, now)
     assert len(seen) == runs
+    assert attempt.took == 250 + 90 * runs, "the next letter waits for it, too"
     assert ("not run without its causes, since a run takes 3 min" in attempt.evidence) == (not runs)
 
 

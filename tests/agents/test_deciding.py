@@ -55,12 +55,12 @@ def test_what_a_run_takes_is_told_as_it_was_measured_once_there_was_one(tmp_path
     for pace in (0.0, 2.5):
         made._known_doubts.clear()
         made.mending._warned.clear()
-        made.history.made = [Attempt(1, CASE, "first version", wall=31.0, pace=pace)]
+        made.history.made = [Attempt(1, CASE, "first version", wall=31.0, took=58.0, pace=pace)]
         examined = examine(CASE, path)
         examined.warnings = [guess]
         made._considered(Attempt(2, CASE, "x"), examined)
     assert len(asked) == 1, "a guess is not told when it is known"
-    assert "took 31 s of wall time, of which 2.5 s per simulated second" in made.history.left()
+    assert "took 58 s to its next letter, of which 2.5 s per simulated second" in made.history.left()
 
 
 def test_a_warning_that_is_meant_is_not_told_again_whatever_the_camera_is_called(tmp_path: Path) -> None:
@@ -284,14 +284,14 @@ def test_a_loop_ends_when_no_run_fits_into_the_minutes_left(tmp_path: Path) -> N
 
 
 def test_a_loop_that_goes_on_recalls_a_run_although_the_planner_was_asked_before_it(tmp_path: Path) -> None:
-    ran = Attempt(1, "text", "x", state="finished", run="runs/a", wall=30.0)
+    ran = Attempt(1, "text", "x", state="finished", run="runs/a", wall=30.0, took=50.0)
     first = Attempts(tmp_path)
     first.minutes_left(ran, 30.0)
     first.keep(ran)
     again, second = Attempt(1, "text", "x"), Attempts(tmp_path)
     second.minutes_left(again, 9.0)
     assert second.recall(again)
-    assert (again.state, again.run, again.wall) == ("finished", "runs/a", 30.0)
+    assert (again.state, again.run, again.wall, again.took) == ("finished", "runs/a", 30.0, 50.0)
 
 
 # --- existing cases ------------------------------------------------------------------------------------------------------

@@ -1,5 +1,6 @@
 """Writers own one section, and what they may do in it is checked."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,8 @@ from text2sim.agents.section_writer import (
     write_section,
     writer_pages,
 )
+from text2sim.compiler.soft.settings import MAX_PBD_STEP, STRETCH_ITERATIONS
+from text2sim.lint.soft.cost import RIGID_SUBSTEP_TIME, SUBSTEP_TIME, SWEEP_TIME, TIME_PER_POINT
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.colors import NAMED
 
@@ -257,6 +260,19 @@ def test_the_planner_is_told_how_long_all_of_it_may_take() -> None:
     known = {"request": "A ball falls.", "inputs": [], "requirements": "", "tried": ""}
     assert "There are 32 minutes by the clock" in render("plan_ask", **known, minutes=32.0)
     assert "minutes" not in render("plan_ask", **known, minutes=None)
+
+
+def test_the_planner_is_told_what_each_kind_of_body_costs_as_runs_are_estimated() -> None:
+    told = render("plan_ask", request="A ball falls.", inputs=[], requirements="", tried="", minutes=32.0)
+    for sweeps, words in zip((STRETCH_ITERATIONS[0], STRETCH_ITERATIONS[-1]), ("if coarse", "if fine"), strict=True):
+        found = re.search(rf"([\d.]+) ms and ([\d.]+) µs(?: a point)? {words}", told)
+        assert found is not None
+        assert float(found[1]) == pytest.approx(1e3 * (SUBSTEP_TIME["pbd"] + sweeps * SWEEP_TIME[0]), rel=0.1)
+        assert float(found[2]) == pytest.approx(1e6 * (TIME_PER_POINT["pbd"] + sweeps * SWEEP_TIME[1]), rel=0.1)
+    assert f"{1 / MAX_PBD_STEP:,.0f} substeps" in told
+    base, each = RIGID_SUBSTEP_TIME["newton"]
+    assert f"{1e3 * base:g} ms and {1e3 * each:g} ms a moving link" in told
+    assert f"{1e3 * SUBSTEP_TIME['mpm']:g} ms and {1e6 * TIME_PER_POINT['mpm']:g} µs a particle" in told
 
 
 @pytest.mark.parametrize("key", ["bodies: ", ""])

@@ -85,10 +85,12 @@ def test_a_sweep_is_a_table_of_runs(cli: Cli, varied: Path, tmp_path: Path):
     assert answer.code == 1
     lines = answer.out.splitlines()
     assert lines[0].startswith("[1/2] below=1: finished, 2 of 2 expectations came true, unchanged")
-    assert lines[2].split() == ["came", "true", "height", "[m]"]
-    assert lines[3].split() == ["below=1", "2/2", "0.095"]
-    assert lines[4].split() == ["below=0", "1/2", "0.095"]
-    assert lines[5] == "sweep: runs/fall-sweep-limits/sweep.json"
+    assert lines[2].split() == ["came", "true", "starts_high", "[m]", "falls", "[m]"]
+    assert lines[3].split() == [">", "4", "bounds", "vary"]
+    height = f"{5 - 4.905 * 0.1**2:.4g}"  # when it is judged, not at the end
+    assert lines[4].split() == ["below=1", "2/2", height, "0.095"]
+    assert lines[5].split() == ["below=0", "1/2", height, "0.095", "FAIL"]
+    assert lines[6] == "sweep: runs/fall-sweep-limits/sweep.json"
     document = json.loads(Path("runs/fall-sweep-limits/sweep.json").read_text())
     assert [row["sets"] for row in document["runs"]] == [
         ["actions.expect.falls.below=1"],
@@ -96,11 +98,42 @@ def test_a_sweep_is_a_table_of_runs(cli: Cli, varied: Path, tmp_path: Path):
     ]
     assert all((Path("runs") / row["folder"] / "run.json").is_file() for row in document["runs"])
     rows = list(csv.reader(Path("runs/fall-sweep-limits/sweep.csv").read_text().splitlines()))
-    assert rows[0] == ["label", "folder", "state", "came_true", "expected", "height"]
-    assert [float(row[5]) for row in rows[1:]] == pytest.approx([0.095, 0.095])
+    assert rows[0] == ["label", "folder", "state", "came_true", "expected", "starts_high", "falls"]
+    assert [float(row[6]) for row in rows[1:]] == pytest.approx([0.095, 0.095])
     again = cli("run", varied, "--grid", "actions.expect.falls.below=[1]", "--json")
     assert again.code == 0
-    assert [row["measures"]["height"] for row in again.json["runs"]] == pytest.approx([0.095])
+    assert [row["observed"]["falls"] for row in again.json["runs"]] == pytest.approx([0.095])
+
+
+MANY = """\
+  events:
+    low: {kind: threshold, measure: height, below: 4.5}
+    lower: {kind: threshold, measure: height, below: 4}
+    under: {kind: threshold, measure: height, below: 0}
+  expect:
+    soon: {event: lower, on: low, within: [0.1, 0.2]}
+    once: {event: low, count: [1, 2], before: lower}
+    above: {event: under, never: true}
+    drop: {measure: height, during: [0, 0.2], stat: range, equals: 0.2, tolerance: 0.01}
+"""
+
+
+def test_a_sweep_of_many_expectations_wraps_and_shows_what_was_compared(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setenv("COLUMNS", "70")
+    case = write_case(tmp_path / "fall", CASE[: CASE.index("  expect:")] + MANY)
+    prepare_run(case, tmp_path / "runs", CaseOverlay(sets=("scene.seed=1",)))
+    answer = cli("run", case, "--grid", "scene.seed=[1]")
+    lines = answer.out.splitlines()[1:7]
+    assert max(map(len, lines)) <= 70
+    assert lines[0].split("  ")[-1].strip() == "once"
+    assert lines[1].split() == "0.1 to 0.2 after low 1 to 2 times before lower".split()
+    # From 4.5 m to 4 m: sqrt(2 / 9.81) - sqrt(1 / 9.81) = 0.1322 s
+    assert lines[2].split() == ["seed=1", "4/4", "0.1322", "1"]
+    assert lines[3].split() == ["above", "drop", "[m]"]
+    assert lines[4].split() == ["never", "range", "0.2", "±", "0.01"]
+    assert lines[5].split() == ["seed=1", "0", "0.1962"]
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from text2sim.harness.folder import Work
 from text2sim.harness.result import RunResult
 from text2sim.runtime.lock import RunLock
 from text2sim.service.examined import Examined
+from text2sim.service.phrases import run_line
 
 
 def test_run_ends_with_film_and_report(cli: Cli, case: Path, folder: Path):
@@ -28,6 +29,16 @@ def test_an_expectation_that_fails_is_exit_code_one(cli: Cli, case: Path, folder
     assert "FAIL  falls        `height` below 0 m at the end: 0.095 m at 1 s" in answer.out
     assert "judged again" in answer.out
     assert "fall: judging" in answer.err
+
+
+def test_the_time_of_a_simulation_is_told_apart_from_that_of_its_film(tmp_path: Path):
+    phases = {"compile": 2.0, "start": 60.0, "build": 18.0, "simulate": 130.2, "film": 125.0, "judge": 0.3}
+    how = {"state": "finished", "time": 1.0, "message": "", "problem": None, "evidence": None, "film": None}
+    rest = {"film_message": "", "report": None, "stopped": False, "wall": 336.0}
+    result = RunResult("fall", tmp_path, Work.SIMULATE, **how, **rest, timings=phases)  # type: ignore[arg-type]
+    assert run_line(result) == "finished, simulated in 2 min 10 s; 1 min 20 s to compile and build, 2 min 5 s to film"
+    again = RunResult("fall", tmp_path, Work.FILM, **how, **rest, timings={"film": 330.0})  # type: ignore[arg-type]
+    assert run_line(again) == "finished, filmed again in 5 min 36 s"
 
 
 def test_run_speaks_json(cli: Cli, case: Path, folder: Path):

@@ -4,7 +4,7 @@ from text2sim.compiler.placing.placement import place_all
 from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.solid import solids
 from text2sim.compiler.shapes.sweep import least_distance
-from text2sim.compiler.trees.link_trees import tree_extents, tree_standing
+from text2sim.compiler.trees.link_trees import link_frames, tree_extents, tree_standing
 from text2sim.spec_schema.load import load_text
 
 HEAD = """\
@@ -46,7 +46,8 @@ RING = "kind: rigid, shape: {kind: torus, radius: 0.1, bar_radius: 0.02}"
 
 
 def start(*bodies):
-    return place_all(load_text(HEAD + "".join(f"  {body}\n" for body in bodies)), tree_extents, tree_standing)
+    loaded = load_text(HEAD + "".join(f"  {body}\n" for body in bodies))
+    return place_all(loaded, tree_extents, tree_standing, link_frames)
 
 
 def placed(*bodies):

@@ -281,3 +281,33 @@ class TestProblems:
         )
         assert problem.rule == "circular-place"
         assert "a -> b -> a; give one of them a pose" in problem.message
+
+
+LIFT = """\
+lift:
+    kind: articulated
+    pose: {pos: [3, 2, 0], euler_deg: [0, 0, 90]}
+    initial: {tray: 0.25}
+    links:
+      mast: {shape: {kind: box, size: [0.1, 0.1, 2]}, pose: {pos: [0, 0, 1]}}
+      tray:
+        parent: mast
+        shape: {kind: box, size: [0.4, 0.4, 0.02]}
+        pose: {pos: [0.3, 0, -0.5]}
+        joint: {kind: slider, axis: z}
+"""
+
+
+def test_a_link_is_a_place_where_it_starts():
+    # The mast turns the tray's 0.3 m along x to y; its slider starts 0.25 m up, so its top is at 1 - 0.5 + 0.25 + 0.01.
+    assert pos_of(LIFT, f"cube: {{{CUBE}, place: {{on: lift.tray}}}}") == pytest.approx((3, 2.3, 0.86), abs=1e-6)
+    # Beside the tray's right edge, and not the mast's.
+    x, y, _ = pos_of(LIFT, f"cube: {{{CUBE}, place: {{right_of: lift.tray}}}}")
+    assert (x, y) == pytest.approx((3 + 0.2 + 0.1, 2.3), abs=1e-6)
+
+
+def test_a_link_without_a_shape_in_the_case_is_none():
+    chain = "chain: {kind: chain, links: 4, link_length: 0.1, radius: 0.02, pose: {pos: [0, 0, 3]}}"
+    _, (problem,) = start(chain, f"ball: {{{BALL}, place: {{on: chain.link_1}}}}")
+    assert "`chain.link_1` has no shape in the case" in problem.message
+    assert "the whole body `chain`" in problem.message

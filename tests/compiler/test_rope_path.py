@@ -1,6 +1,7 @@
 """Ropes that are laid along points and round pulleys."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -101,7 +102,7 @@ def test_turns_lie_side_by_side(tmp_path: Path):
     ("along", "says"),
     [
         ("[[-0.105, 0, 0], {round: box}, [0.105, 0, 0]]", "cannot see how thick `box` is"),
-        ("[[-0.02, 0, 1], {round: wheel}, [0.105, 0, 0]]", "comes from a point inside `wheel`"),
+        ("[[-0.02, 0, 1], {round: wheel}, [0.105, 0, 0]]", "comes from a point 20 mm from the axis of `wheel`"),
         ("[[0, 0, 0], {round: wheel}, [0, 0, 0]]", "on one line through the axis of `wheel`"),
         ("[[-1, 0, 2], {round: wheel}, [1, 0, 2]]", "passes `wheel` without touching it"),
         ("[[-0.105, 0, 0], {round: wheel, side: y}, [0.105, 0, 0]]", "has `side` along the axis of `wheel`"),
@@ -112,6 +113,23 @@ def test_turns_lie_side_by_side(tmp_path: Path):
 def test_what_cannot_be_laid_is_said_at_its_place(tmp_path: Path, along: str, says: str):
     _, problems = place_all(case_of(tmp_path, along))
     assert [(says in one.message, one.path) for one in problems] == [(True, "/bodies/line/along/1")]
+
+
+@pytest.mark.parametrize(
+    ("along", "end"),
+    [
+        ("[[{}, 0, 1], {{round: wheel, side: [0, 0, 1]}}, [0.105, 0, 0]]", -1),
+        ("[[0.105, 0, 0], {{round: wheel, side: [0, 0, 1]}}, [{}, 0, 1]]", -1),
+    ],
+)
+def test_a_point_on_the_pulley_is_told_how_far_to_move(tmp_path: Path, along: str, end: int):
+    flush = 0.1 + 0.005  # radii of pulley and rope: straight links would dip into the pulley
+    _, (problem,) = place_all(case_of(tmp_path, along.format(end * flush)))
+    words = re.search(r"a point 105 mm from the axis of `wheel`.* move that point ([\d.]+) mm away", problem.message)
+    assert words is not None, problem.message
+    more = float(words[1]) / 1000
+    assert place_all(case_of(tmp_path, along.format(end * (flush + more))))[1] == []
+    assert place_all(case_of(tmp_path, along.format(end * (flush + more - 2e-4))))[1] != [], "not more than it needs"
 
 
 def test_a_hinge_across_the_pulley_is_an_error(tmp_path: Path):

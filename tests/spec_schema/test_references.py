@@ -42,9 +42,9 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
     ("unknown-link", f"{MEASURE}/of", "ball", {MEASURE: {"kind": "speed", "of": "ball.hand"}}),
     (
         "part",
-        "/bodies/ball/place/on",
+        "/bodies/ball/place/facing",
         "arm",
-        {"/bodies/ball/pose": None, "/bodies/ball/place": {"on": "arm.hand"}},
+        {"/bodies/ball/pose": None, "/bodies/ball/place": {"on": "arm.hand", "facing": "arm.hand"}},
     ),
     ("duplicate-name", "/bodies/floor", None, {"/bodies/floor": {"kind": "ragdoll", "height": 1.0}}),
     ("circular-place", "/scene/statics/floor/place", None, {"/scene/statics/floor/place": {"on": "brick"}}),

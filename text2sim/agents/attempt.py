@@ -41,6 +41,8 @@ class Attempt:
     """Files in its folder."""
     wall: float = 0.0
     """Wall time of the run [s]; 0 without a run."""
+    took: float = 0.0
+    """Wall time until the next letter [s]: of the run, its pictures, and runs without a cause; 0 without a run."""
     pace: float = 0.0
     """Wall time per simulated second [s]; 0 without a run."""
     critique: dict[str, Any] | None = None

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from math import inf
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from text2sim.agents.assembly import Examination
@@ -129,7 +130,7 @@ class Attempts:
             text = (folder / "case.yaml").read_text("utf-8")
             if text != attempt.text or data["state"] in ("unsound", "interrupted", "running"):
                 return False
-            for name in ("state", "run", "evidence", "expect", "cites", "pictures", "wall", "pace", "facts"):
+            for name in ("state", "run", "evidence", "expect", "cites", "pictures", "wall", "took", "pace", "facts"):
                 setattr(attempt, name, data[name])
         except (OSError, ValueError, KeyError, TypeError):
             return False
@@ -166,6 +167,7 @@ class Attempts:
         from text2sim.harness.run import run_case
 
         assert examined.loaded is not None
+        begun = monotonic()
         lint = [{"rule": p.rule, "path": p.path, "message": p.message, "reason": None} for p in examined.warnings]
         loaded = examined.loaded
         rest: dict[str, Any] = {"timeout": timeout, "on_progress": on_progress, "lint": lint}
@@ -191,6 +193,7 @@ class Attempts:
         summary = evidence_text(result.folder, result.evidence, recorded, asked, pictured)
         attempt.evidence = "\n\n".join([summary, *_further_evidence(result, examined, loaded)])
         attempt.cites = sorted(citable_items(result.evidence, frames, bodies))
+        attempt.took = round(monotonic() - begun, 1)
         self.keep(attempt)
 
     def refilm(self, loaded: LoadedCase) -> None:
@@ -248,6 +251,7 @@ class Attempts:
             return result.state, result.expectations
 
         if plan.causes and TITLE not in attempt.evidence:
+            begun = monotonic()
             if now is not None and attempt.wall > MAX_REPEAT_SHARE * 60 * now:
                 facts = [untried_causes(plan, attempt.wall)]
             else:
@@ -255,6 +259,7 @@ class Attempts:
             attempt.evidence = f"{attempt.evidence}\n\n{causes_text(facts)}"
             attempt.facts += facts_as_data(replace(fact, about_cause=True) for fact in facts)
             attempt.cites = sorted({*attempt.cites, "diagnostic:causes"})
+            attempt.took = round(attempt.took + monotonic() - begun, 1)
             self.keep(attempt)
 
     def trials(

@@ -16,7 +16,7 @@ LATER_RUN_SHARE = 4 / 3
 """The same for any other run: the estimate is about a third off, and a run that plainly does not end in time shows
 nothing that a coarser one would not show."""
 RECENT_RUNS = 3
-"""Number of the latest attempts whose longest run says what the next will take."""
+"""Number of the latest attempts whose longest says what the next will take."""
 
 
 class History:
@@ -84,8 +84,8 @@ class History:
         if minutes is not None:
             words.append(f"{minutes:.0f} minutes are left for everything")
         # The run of an attempt that was a trial before takes no time.
-        longest = max(self.made[-RECENT_RUNS:], key=lambda one: one.wall, default=attempt)
-        if longest.wall:
-            took = f"took {longest.wall:.0f} s of wall time, of which {longest.pace:.3g} s per simulated second"
-            words.append(f"the run of attempt {longest.number} {took}, the rest for start, judging and film")
+        longest = max(self.made[-RECENT_RUNS:], key=lambda one: one.took, default=attempt)
+        if longest.took:
+            took = f"took {longest.took:.0f} s to its next letter, of which {longest.pace:.3g} s per simulated second"
+            words.append(f"attempt {longest.number} {took}, the rest for start, judging and pictures")
         return "; ".join(words) + ".", minutes

@@ -6,10 +6,11 @@ import json
 import sys
 from hashlib import sha256
 from pathlib import Path
+from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any
 
 from text2sim.cli.output import say, say_json
-from text2sim.cli.verdict import exit_of, say_failure
+from text2sim.cli.verdict import MARKS, exit_of, say_failure
 from text2sim.service import exits
 from text2sim.service.phrases import display_path, run_line
 from text2sim.spec_schema.errors import RunError, SpecError
@@ -18,6 +19,7 @@ from text2sim.spec_schema.whole_files import write_atomically
 if TYPE_CHECKING:
     from text2sim.harness.result import RunResult
     from text2sim.service.examined import Examined
+    from text2sim.spec_schema.models.expectations import Expect
     from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 
@@ -100,18 +102,20 @@ class _Table:
         parts = (self.case, self.overlay.label, "sweep", name)
         self.folder = runs / "-".join(part for part in parts if part)
         self.rows: list[dict[str, Any]] = []
-        self.measures: dict[str, str] = {}
-        """Unit of every measure that expectations read."""
+        self.units: dict[str, str] = {}
+        """Unit of the value of every expectation."""
+        self.bounds: dict[str, str] = {}
+        """What each expects, in short."""
 
     def add(self, label: str, row: "Examined", result: "RunResult | None") -> None:
         evidence = (result.evidence if result is not None else None) or {}
         assert row.loaded is not None
-        read = [expect.measure for expect in row.loaded.case.actions.expect.values() if expect.measure is not None]
-        found: dict[str, dict[str, Any]] = evidence.get("measures", {})
-        for name in read:
-            if name in found or name not in self.measures:
-                self.measures[name] = str(found.get(name, {}).get("unit", ""))
-        expect = evidence.get("expect", {})
+        wanted, found = row.loaded.case.actions.expect, evidence.get("expect", {})
+        for name, expect in wanted.items():
+            bound = _bound_text(expect)
+            if self.bounds.setdefault(name, bound) != bound:
+                self.bounds[name] = "bounds vary"
+            self.units[name] = found.get(name, {}).get("unit") or self.units.get(name, "")
         self.rows.append(
             {
                 "label": label,
@@ -121,10 +125,10 @@ class _Table:
                 "sets": list(row.overlay.sets),
                 "state": result.state if result is not None else "failed",
                 "passed": result is not None and result.passed,
-                "came_true": sum(one.get("ok") is True for one in expect.values()),
-                "expected": len(row.loaded.case.actions.expect),
-                "expect": {name: one.get("ok") for name, one in expect.items()},
-                "measures": {name: found.get(name, {}).get("last") for name in dict.fromkeys(read)},
+                "came_true": sum(one.get("ok") is True for one in found.values()),
+                "expected": len(wanted),
+                "expect": {name: one.get("ok") for name, one in found.items()},
+                "observed": {name: _observed(expect, name, evidence) for name, expect in wanted.items()},
             }
         )
 
@@ -135,7 +139,7 @@ class _Table:
             "variants": list(self.overlay.variants),
             "sets": list(self.overlay.sets),
             "folder": str(self.folder),
-            "units": self.measures,
+            "units": self.units,
             "runs": self.rows,
         }
 
@@ -144,29 +148,60 @@ class _Table:
         self.folder.mkdir(parents=True, exist_ok=True)
         write_atomically(self.folder / "sweep.json", json.dumps(self.document(), indent=1, allow_nan=False) + "\n")
         stream = io.StringIO()
-        names = list(self.measures)
+        names = list(self.units)
         table = csv.writer(stream, lineterminator="\n")
         table.writerow(["label", "folder", "state", "came_true", "expected", *names])
         for row in self.rows:
-            values = [row["measures"].get(name) for name in names]
+            values = [row["observed"].get(name) for name in names]
             table.writerow([row[key] for key in ("label", "folder", "state", "came_true", "expected")] + values)
         write_atomically(self.folder / "sweep.csv", stream.getvalue())
 
     def say(self) -> None:
-        """Print the table."""
-        heads = [f"{name} [{unit}]" if unit else name for name, unit in self.measures.items()]
-        table = [["", "came true", *heads]]
-        for row in self.rows:
-            values = [_value_text(row["measures"].get(name)) for name in self.measures]
-            table.append([row["label"], f"{row['came_true']}/{row['expected']}", *values])
-        widths = [max(len(line[column]) for line in table) for column in range(len(table[0]))]
-        for line in table:
-            cells = [
-                line[0].ljust(widths[0]),
-                *(cell.rjust(width) for cell, width in zip(line[1:], widths[1:], strict=True)),
-            ]
-            say("  ".join(cells).rstrip())
+        """Print the values that were judged, below what was expected of them, in as many tables as the width needs."""
+        columns = [["", "", *(row["label"] for row in self.rows)]]
+        columns.append(["came true", "", *(f"{row['came_true']}/{row['expected']}" for row in self.rows)])
+        for name, unit in self.units.items():
+            cells = [_cell(row["observed"].get(name), row["expect"].get(name, True)) for row in self.rows]
+            columns.append([f"{name} [{unit}]" if unit else name, self.bounds[name], *cells])
+        labels, *rest = [[cell.rjust(max(map(len, column))) for cell in column] for column in columns]
+        labels = [cell.strip().ljust(len(cell)) for cell in labels]
+        room = get_terminal_size((100, 0)).columns
+        while rest:
+            lines, taken = labels, 0
+            while taken < len(rest) and (not taken or len(lines[0]) + 2 + len(rest[taken][0]) <= room):
+                lines = [f"{line}  {cell}" for line, cell in zip(lines, rest[taken], strict=True)]
+                taken += 1
+            rest = rest[taken:]
+            for line in lines:
+                say(line.rstrip())
 
 
-def _value_text(value: Any) -> str:
-    return "-" if value is None else f"{value:.4g}" if isinstance(value, int | float) else str(value)
+def _observed(expect: "Expect", name: str, evidence: dict[str, Any]) -> float | None:
+    """Return what was compared with the bounds of an expectation: with `on`, the time since that event [s]."""
+    value = evidence.get("expect", {}).get(name, {}).get("value")
+    if value is None or expect.on is None or expect.event is None or expect.count is not None or expect.never:
+        return value
+    return value - evidence["events"][expect.on]["first"]
+
+
+def _bound_text(expect: "Expect") -> str:
+    """Return what is expected, in short: `max < 3`, `0 to 0.5 after let_go`."""
+    words = [expect.stat or ""]
+    words += [f"{sign} {v:.4g}" for sign, v in ((">", expect.above), ("<", expect.below)) if v is not None]
+    if expect.equals is not None:
+        words.append(f"{expect.equals:.4g} ± {expect.tolerance:.4g}")
+    if expect.never:
+        words.append("never")
+    if expect.count is not None:
+        low, high = (expect.count, expect.count) if isinstance(expect.count, int) else expect.count
+        words.append(f"{low} times" if low == high else f"{low} to {high} times")
+    if expect.within is not None:
+        words.append(" to ".join(one if isinstance(one, str) else f"{one:.4g}" for one in expect.within))
+        words.append(f"after {expect.on}" if expect.on else "")
+    words.append(f"before {expect.before}" if expect.before else "")
+    return " ".join(word for word in words if word) or "happens"
+
+
+def _cell(value: float | None, ok: bool | None) -> str:
+    text = "" if value is None else f"{value:.4g}"
+    return f"{text} {MARKS[ok]}".strip() if not ok else text or "-"

@@ -27,7 +27,7 @@ from text2sim.compiler.soft.resolution import soft_lowering, soft_settings
 from text2sim.compiler.soft.setup import MAX_SPEED
 from text2sim.compiler.trees.carried import smallest_share
 from text2sim.compiler.trees.generators import rope_frequency
-from text2sim.compiler.trees.link_trees import known_parts, named_parts, tree_extents, tree_standing
+from text2sim.compiler.trees.link_trees import known_parts, link_frames, named_parts, tree_extents, tree_standing
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.bodies import LINKED
@@ -69,7 +69,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     counts, found = part_counts(loaded)
     problems += [*found, *check_references(loaded, parts, counts)]
     _stop_at_errors(problems)
-    placed, found = place_all(loaded, tree_extents, tree_standing)
+    placed, found = place_all(loaded, tree_extents, tree_standing, link_frames)
     problems += found
     _stop_at_errors(problems)
     case, scene = loaded.case, loaded.case.scene

@@ -30,7 +30,20 @@ def run_line(result: "RunResult") -> str:
     words = result.state.replace("_", " ")
     if result.state != "finished":
         words += f" at {result.time:.4g} s" if result.time else ""
-    return f"{words}{_score(result)}, {result.work.value} in {duration_text(result.wall)}"
+    return f"{words}{_score(result)}, {result.work.value} in {_time_text(result)}"
+
+
+_APART = {"compile and build": ("compile", "start", "build"), "film": ("film",), "judge": ("judge", "report")}
+"""Phases of a run besides the simulation itself, by what they do."""
+
+
+def _time_text(result: "RunResult") -> str:
+    """Return the time of a simulation, and apart from it the other phases that took a second or more."""
+    if (simulated := result.timings.get("simulate")) is None:
+        return duration_text(result.wall)
+    sums = {words: sum(result.timings.get(phase, 0.0) for phase in phases) for words, phases in _APART.items()}
+    apart = ", ".join(f"{duration_text(spent)} to {words}" for words, spent in sums.items() if spent >= 1)
+    return duration_text(simulated) + (f"; {apart}" if apart else "")
 
 
 def _score(result: "RunResult") -> str:

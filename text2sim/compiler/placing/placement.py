@@ -9,6 +9,7 @@ its target has brackets, `plate[*]`, copies are paired one by one, and only the 
 import graphlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from text2sim.compiler.placing.arrangement import COPYWISE_KEYS, PlacementEntry, PlacementTargets, arrange
@@ -16,13 +17,16 @@ from text2sim.compiler.placing.divisions import part_rows
 from text2sim.compiler.placing.patterns import MAX_COPIES, SINGLE, Variables, copy_count, copy_variables
 from text2sim.compiler.placing.place_error import PatternError, PlaceError
 from text2sim.compiler.shapes.extents import TreeExtents
-from text2sim.compiler.shapes.rotation import IDENTITY, ORIGIN, Quaternion, Vec
+from text2sim.compiler.shapes.rotation import IDENTITY, ORIGIN, Quaternion, Vec, frame_apply, quat_multiply
 from text2sim.compiler.shapes.sizes import MAX_PIECES, CopySpot, SizeError, Sizes, TreePieces
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError, nearest
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.placement import RELATIONS
 from text2sim.spec_schema.models.soft_bodies import Round
 from text2sim.spec_schema.names.selectors import parse_selector
+
+LinkFrames = Callable[[Any, Path], dict[str, tuple[Vec, Quaternion]]]
+"""Frames [m] of the links of a body that is a tree of them, by name, at the start and in the body's frame."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +54,10 @@ class Copy:
 
 
 def place_all(
-    loaded: LoadedCase, tree_extents: TreeExtents | None = None, tree_pieces: TreePieces | None = None
+    loaded: LoadedCase,
+    tree_extents: TreeExtents | None = None,
+    tree_pieces: TreePieces | None = None,
+    link_frames: LinkFrames | None = None,
 ) -> tuple[dict[str, list[Copy]], list[Problem]]:
     """Return the copies of every static and body by name, and what is wrong with their places.
 
@@ -60,8 +67,9 @@ def place_all(
         loaded: The case.
         tree_extents: Bounds of chains, nets, ragdolls and articulated bodies; needed where `place` involves one.
         tree_pieces: Their pieces; without them, their bounds are used.
+        link_frames: Where their links start; needed where `place` names a link.
     """
-    return _Placer(loaded, Sizes(loaded.folder, tree_extents, tree_pieces)).place_all()
+    return _Placer(loaded, Sizes(loaded.folder, tree_extents, tree_pieces), link_frames).place_all()
 
 
 def file_path(model: Any) -> tuple[str, ...]:
@@ -74,8 +82,8 @@ class _UnplacedError(Exception):
 
 
 class _Placer:
-    def __init__(self, loaded: LoadedCase, sizes: Sizes) -> None:
-        self.loaded = loaded
+    def __init__(self, loaded: LoadedCase, sizes: Sizes, link_frames: LinkFrames | None) -> None:
+        self.loaded, self.link_frames = loaded, link_frames
         self.targets = PlacementTargets(self._find, sizes)
         self.problems: list[Problem] = []
         self.copies: dict[str, list[Copy]] = {}
@@ -210,10 +218,21 @@ class _Placer:
                 raise _UnplacedError
             raise PlaceError(f"there is no body or static `{name}`", key, "unknown-name", nearest(name, known))
         copies = self.copies[name]
-        if chosen.part:
-            raise PlaceError(f"`{selector}` is a link; place in relation to the whole body `{name}`", key)
         if chosen.first is not None:
             copies = copies[chosen.first : chosen.last]
         if not copies:
             raise PlaceError(f"`{selector}` is none of the {len(self.copies[name])} copies of `{name}`", key)
-        return [CopySpot(c.pos, c.quat, c.shape, c.model) for c in copies]
+        spots = [CopySpot(c.pos, c.quat, c.shape, c.model) for c in copies]
+        if chosen.part is None:
+            return spots
+        links = getattr(spots[0].model, "links", None)  # of a chain, their number
+        if self.link_frames is None or not isinstance(links, dict) or chosen.part not in links:
+            text = f"`{selector}` has no shape in the case, as links of an articulated body have"
+            raise PlaceError(f"{text}; place in relation to the whole body `{name}`", key)
+        return [self._link_spot(spot, chosen.part, self.link_frames) for spot in spots]
+
+    def _link_spot(self, spot: CopySpot, part: str, link_frames: LinkFrames) -> CopySpot:
+        """Return a link of an articulated body as if it were a body of its own, where it starts."""
+        pos, quat = link_frames(spot.model, self.loaded.folder)[part]
+        link = spot.model.links[part]
+        return CopySpot(frame_apply(spot.pos, spot.quat, pos), quat_multiply(spot.quat, quat), link.shape, link)

@@ -65,14 +65,23 @@ class _Wheel:
         flat = math.cos(angle) * self.side + math.sin(angle) * self.across
         return self.center + self.radius * flat + (part - 0.5) * self.rise * self.axis
 
-    def tangent(self, point: Array, sign: float) -> float:
-        """Return the angle at which a line leaves the circle to a point (sign 1), or arrives from it (-1)."""
+    def tangent(self, point: Array, sign: float, rough: bool) -> float:
+        """Return the angle at which a line leaves the circle to a point (sign 1), or arrives from it (-1).
+
+        Raises:
+            PatternError: if the point is inside the circle, unless the circle is `rough`.
+        """
         away = point - self.center
         x, y = float(away @ self.side), float(away @ self.across)
         distance = math.hypot(x, y)
-        if distance <= self.radius:
-            raise PatternError(f"comes from a point inside `{self.name}`, with the rope's thickness", *self.key)
-        return math.atan2(y, x) - sign * self.sense * math.acos(self.radius / distance)
+        if distance <= self.radius and not rough:
+            more = math.floor(1e4 * (self.radius - distance) + 1) / 10
+            raise PatternError(
+                f"{'comes from' if sign < 0 else 'goes on to'} a point {1e3 * distance:.4g} mm from the axis of "
+                f"`{self.name}`, and the ends of its straight links lie round it at {1e3 * self.radius:.4g} mm; move "
+                f"that point {more:.1f} mm away from the axis (less with more `segments`)", *self.key,
+            )  # fmt: skip
+        return math.atan2(y, x) - sign * self.sense * math.acos(min(1.0, self.radius / max(distance, 1e-12)))
 
     def sweep(self) -> float:
         """Return the angle [rad] that the rope goes round."""
@@ -99,7 +108,7 @@ def lay_rope(rope: Rope, pos: Vec, quat: Quaternion, find: Callable[[str], Seque
             path.append(_wheel(item, rope.radius, key, find))
         else:
             path.append(np.array(frame_apply(pos, quat, item)))
-    _settle(path)
+    _settle(path, rough=True)
     wheels = [item for item in path if isinstance(item, _Wheel)]
     link = _length(_points(path)) / rope.segments
     if link < MIN_LINK_LENGTH:
@@ -120,8 +129,8 @@ def lay_rope(rope: Rope, pos: Vec, quat: Quaternion, find: Callable[[str], Seque
     return rope.model_copy(update={"along": own, "length": length * rope.segments})
 
 
-def _settle(path: list[Array | _Wheel]) -> None:
-    """Find where the rope touches the pulleys.
+def _settle(path: list[Array | _Wheel], rough: bool = False) -> None:
+    """Find where the rope touches the pulleys; `rough` if their circles still lack what straight links need.
 
     Raises:
         PatternError: if it cannot.
@@ -138,8 +147,9 @@ def _settle(path: list[Array | _Wheel]) -> None:
     for _ in range(TANGENT_PASSES):
         for k, wheel in wheels:
             before, after = path[k - 1], path[k + 1]
-            wheel.arrive = wheel.tangent(before.at(before.leave, 1) if isinstance(before, _Wheel) else before, -1)
-            wheel.leave = wheel.tangent(after.at(after.arrive, 0) if isinstance(after, _Wheel) else after, 1)
+            first = before.at(before.leave, 1) if isinstance(before, _Wheel) else before
+            wheel.arrive = wheel.tangent(first, -1, rough)
+            wheel.leave = wheel.tangent(after.at(after.arrive, 0) if isinstance(after, _Wheel) else after, 1, rough)
     for _, wheel in wheels:
         touch = (-wheel.sense * wheel.arrive) % (2 * math.pi)
         if not wheel.turns and touch > wheel.sweep() + 1e-9:

@@ -14,7 +14,7 @@ from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import IDENTITY, ORIGIN, Quaternion, Vec
 from text2sim.compiler.trees.file_bodies import mechanism_parts
 from text2sim.compiler.trees.joints import joint_model
-from text2sim.compiler.trees.tree import Tree, tree_bounds, tree_pieces
+from text2sim.compiler.trees.tree import Tree, tree_bounds, tree_links, tree_pieces
 from text2sim.spec_schema.errors import AssetError, Problem
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.bodies import Articulated, Rope
@@ -64,6 +64,15 @@ def tree_standing(model: Any, folder: Path) -> list[tuple[Piece, Vec, Quaternion
         AssetError: if one of its files cannot be used.
     """
     return [standing[:3] for standing in tree_pieces(tree_of(model, folder))]
+
+
+def link_frames(model: Any, folder: Path) -> dict[str, tuple[Vec, Quaternion]]:
+    """Return the frames [m] of the links of a tree at the start, by name, in the tree's frame.
+
+    Raises:
+        AssetError: if one of its files cannot be used.
+    """
+    return {standing.link.name: (standing.pos, standing.quat) for standing in tree_links(tree_of(model, folder))}
 
 
 def known_parts(loaded: LoadedCase, mechanisms: Mechanisms) -> tuple[dict[str, Parts], list[Problem]]:

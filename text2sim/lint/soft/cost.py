@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from text2sim.compiler.soft.settings import STRETCH_ITERATIONS
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftFacts
@@ -13,11 +14,17 @@ MAX_POINTS = 5_000_000
 """Most points or elements of a solver. Each takes half a kilobyte, and 5 million of mpm 8 s per substep."""
 LONG_RUN = 1800.0
 """Longest wall time [s] of a run without a warning."""
-SUBSTEP_TIME = {"mpm": 1e-3, "pbd": 2.5e-3, "fem": 5e-3, "sap": 5e-3}
-TIME_PER_POINT = {"mpm": 1.6e-6, "pbd": 1.3e-6, "fem": 1.8e-5, "sap": 1.2e-4}
+SUBSTEP_TIME = {"mpm": 1e-3, "pbd": 1.4e-3, "fem": 5e-3, "sap": 5e-3}
+TIME_PER_POINT = {"mpm": 1.6e-6, "pbd": 1.15e-6, "fem": 1.8e-5, "sap": 1.2e-4}
 """Wall time [s] of a substep per solver, and per particle or tetrahedron. Fitted to runs on two cores: mpm with
 1.7 to 11.6 thousand particles 3.6 to 17 ms, pbd with 0.6 to 5 thousand 3 to 9 ms, fem with 2.2 to 4.7 thousand
 tetrahedra 47 to 75 ms, under sap with 1 to 4 thousand 95 to 516 ms."""
+SWEEP_TIME = (2.8e-4, 4e-8)
+"""What each sweep over the threads of pbd cloth adds to that [s], and per particle: 720, 2,693 and 5,920 particles took
+5.7, 8.8 and 15 ms with 4 sweeps, 2,693 with 16 sweeps 16 ms, 5,920 with 32 sweeps 36 ms: on cores with five times as
+much to do as they can, 1.5 times what the runs above took."""
+COARSER = 1.5
+"""How much larger the cells are of which it is told what they save."""
 POINT_NAMES = {"mpm": "particles", "pbd": "particles", "fem": "tetrahedra", "ipc": "triangles"}
 RIGID_SUBSTEP_TIME = {"newton": (1.5e-3, 4e-5), "cg": (2e-3, 1.5e-4)}
 """Wall time [s] of a substep with rigid bodies, and per moving link; measured with few and with hundreds of bodies."""
@@ -30,43 +37,71 @@ def expected_wall_time(facts: Facts) -> float:
     """
     if facts.settings.soft is not None and facts.settings.soft.model == "ipc":
         return 0.0
+    return (
+        (_soft_substep(facts, _counts(facts), _sweeps(facts)) + _rigid_substep(facts))
+        / facts.substep
+        * facts.case.scene.duration
+    )
+
+
+def _rigid_substep(facts: Facts) -> float:
+    """Return the wall time [s] that rigid bodies take of a substep; 0 without any that move."""
     links = 0
     for name in facts.case.bodies:
         for copy in facts.placed[name]:
             tree = facts.tree(copy)
             links += (facts.mount(copy) not in ("fixed", "soft")) if tree is None else sum(1 for _ in tree.links())
     base, each = RIGID_SUBSTEP_TIME[facts.settings.solver]
-    second = wall_time(facts)[0] + (base + each * links) / facts.substep * (links > 0)
-    return second * facts.case.scene.duration
+    return base + each * links if links else 0.0
 
 
-def wall_time(facts: Facts) -> tuple[float, dict[str, int]]:
-    """Return the wall time [s] of a simulated second on two cores, and the points or elements of each solver."""
+def _counts(facts: Facts) -> dict[str, float]:
+    """Return the number of points or elements of each solver."""
     soft = facts.once(SoftFacts)
-    counts: dict[str, int] = {}
+    counts: dict[str, float] = {}
     for body in soft.bodies:
         counts[body.solver] = counts.get(body.solver, 0) + soft.points(body)
-    substeps = 1.0 / facts.substep
-    total = 0.0
-    for solver, count in counts.items():
-        kind = "sap" if solver == "fem" and soft.model == "sap" else solver
-        if kind in SUBSTEP_TIME:
-            total += substeps * (SUBSTEP_TIME[kind] + TIME_PER_POINT[kind] * count)
-    return total, counts
+    return counts
+
+
+def _sweeps(facts: Facts) -> float:
+    """Return the number of sweeps over the threads of pbd cloth in a substep; 0 without any."""
+    soft = facts.settings.soft
+    return 0.0 if soft is None or soft.pbd is None else soft.pbd.stretch_iterations
+
+
+def _soft_substep(facts: Facts, counts: dict[str, float], sweeps: float) -> float:
+    """Return the wall time [s] that deformable bodies take of a substep on two cores."""
+    base, each = SWEEP_TIME
+    sweeping = sweeps * (base + each * counts.get("pbd", 0.0))
+    sap = facts.once(SoftFacts).model == "sap"
+    kinds = {solver: "sap" if solver == "fem" and sap else solver for solver in counts}
+    return sweeping + sum(
+        SUBSTEP_TIME[kind] + TIME_PER_POINT[kind] * counts[solver]
+        for solver, kind in kinds.items()
+        if kind in SUBSTEP_TIME
+    )
 
 
 def cost(facts: Facts) -> str:
     """Say what makes deformable bodies dear: points, substeps, and what coarser ones would save; empty without any."""
     soft = facts.once(SoftFacts)
-    if not soft.bodies or soft.model == "ipc":
+    if not soft.bodies or soft.model == "ipc" or soft.of("ipc"):
         return ""
-    counts = wall_time(facts)[1]
+    counts = _counts(facts)
     most = max(counts, key=lambda solver: counts[solver])
     cells = f" in cells of {length(soft.cell)}" if "mpm" in counts else ""
     points = (f"{count:,} {name} {POINT_NAMES[name]}{cells * (name == 'mpm')}" for name, count in counts.items())
+    # A cloth is a surface, and derived sweeps grow with its points; only the substeps of mpm get longer with its cells.
+    fewer = counts | {most: counts[most] / COARSER ** (2 if most == "pbd" else 3)}
+    rigid, sweeps = _rigid_substep(facts), _sweeps(facts)
+    eased = most == "pbd" and facts.case.scene.pbd.stretch_iterations is None
+    left = max(STRETCH_ITERATIONS[0], sweeps / COARSER**2) if eased else sweeps
+    faster = (_soft_substep(facts, counts, sweeps) + rigid) / (_soft_substep(facts, fewer, left) + rigid)
+    faster *= COARSER if most == "mpm" else 1.0
     return (
         f"{', '.join(points)}, {1.0 / facts.substep:,.0f} substeps per simulated second; with {_grains(most)} one and "
-        f"a half times as large it is {1.5 ** (4 if most == 'mpm' else 3):.0f} times as fast"
+        f"a half times as large it is about {faster:.2g} times as fast"
     )
 
 
@@ -74,7 +109,8 @@ def _slow_run(facts: Facts) -> Iterator[Problem]:
     soft = facts.once(SoftFacts)
     if not soft.bodies or soft.model == "ipc":
         return
-    second, counts = wall_time(facts)
+    counts = _counts(facts)
+    second = _soft_substep(facts, counts, _sweeps(facts)) / facts.substep
     whole = second * facts.case.scene.duration
     if whole < LONG_RUN:
         return
@@ -122,11 +158,11 @@ bodies:
         severity="warning",
         title="A scene with deformable bodies takes more than half an hour.",
         reason=f"""\
-On two cores, a substep takes about 1 ms plus {TIME_PER_POINT["mpm"] * 1e6:g} us per mpm particle, 2.5 ms plus
-{TIME_PER_POINT["pbd"] * 1e6:g} us per pbd particle, and {TIME_PER_POINT["fem"] * 1e6:g} us per tetrahedron
-({TIME_PER_POINT["sap"] * 1e6:g} us under contact model sap). Half the cell makes eight times as many particles and
-twice as many substeps. The rule reports estimates of more than {LONG_RUN / 60:g} minutes; they are accurate within a
-factor of two.""",
+On two cores, a substep takes about 1 ms plus {TIME_PER_POINT["mpm"] * 1e6:g} us per mpm particle, 1.4 ms plus
+{TIME_PER_POINT["pbd"] * 1e6:g} us per pbd particle and {SWEEP_TIME[0] * 1e3:g} ms for each sweep over its threads, and
+{TIME_PER_POINT["fem"] * 1e6:g} us per tetrahedron ({TIME_PER_POINT["sap"] * 1e6:g} us under contact model sap). Half
+the cell makes eight times as many particles and twice as many substeps. The rule reports estimates of more than
+{LONG_RUN / 60:g} minutes; they are accurate within a factor of two.""",
         remedy="Use coarser cells, a shorter duration, softer materials (longer steps), or fewer bodies.",
         example="""\
 scene: {duration: 5.0}

@@ -36,7 +36,10 @@ class Align(Model):
 
 
 class Place(Model):
-    """Position relative to another body or static, by exactly one relation. Left is -x, in front is -y."""
+    """Position relative to another body or static by exactly one relation. Left is -x, in front is -y.
+
+    `on: table.tray` and the like mean a link of an `articulated` body, where it starts.
+    """
 
     on: Selector | None = None
     """On top of it: lowered until it touches."""

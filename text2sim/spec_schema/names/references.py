@@ -118,7 +118,7 @@ def _check_place(table: NameTable, where: Path, name: str, model: Any) -> Member
         facing = table.find(place.facing, (*where, "facing"), parts=False)
         if facing is not None and facing.name == name:
             table.report((*where, "facing"), "it cannot face itself", "itself")
-    found = table.find(place.target, (*where, place.relation), parts=False)
+    found = table.find(place.target, (*where, place.relation))
     if found is None:
         return None
     copies = table.copies(name, model)
