@@ -163,10 +163,9 @@ class Reach(Acting):
 class Attach(Acting):
     """An attachment of two bodies from a time on; they keep their relative pose of that time.
 
-    Between rigid bodies it is a weld, or a ball joint about a `pivot`, and the two links do not collide while it lasts;
-    other links of the two bodies do. Soft bodies and cloth are attached by points: pins, hooks, clamps. Cloth (pbd)
-    pulls its holder, unless that is driven or has a motor: a parachute, a sling, a sail. A soft body does not: its
-    holder moves its points without a reaction force.
+    Rigid bodies are welded, or turn about a `pivot`; the two links do not collide then, other links of the two bodies
+    do. Soft bodies and cloth are attached by points: pins, hooks, clamps. Cloth (pbd) pulls its holder, unless that is
+    driven or has a motor. A soft body does not: its holder moves its points without a reaction force.
     """
 
     kind: Literal["attach"]
@@ -178,11 +177,10 @@ class Attach(Acting):
     """For deformable bodies: number of points of the region, evenly distributed; by default all. With several copies in
     `to`, each of them holds the nearest points."""
     to: Selector
-    """The holder: a body or static, or one link, or `world`, which holds the body at its position of that time. Copies
-    pair one to one, or all with the one; several copies hold one deformable body together."""
+    """The holder: a body, static or link, or `world`, which holds the body where it is. Copies pair one to one, or all
+    with the one; several copies hold one deformable body together."""
     pivot: Vec3 | BodyRegion | None = None
-    """Between rigid bodies: the point [m] or region of `body`, in its frame, about which it swings and turns without
-    friction, as on a hook or a knot, instead of a weld."""
+    """Of rigid bodies: point [m] or region of `body`, in its frame, about which it turns freely, as on a hook."""
     stiffness: Positive | None = None
     """For mpm and fem bodies: total stiffness [N/m] of springs that hold the points, instead of a rigid attachment. A
     rigid attachment is exact for fem and pbd; mpm particles lag behind their holder by four substeps."""
@@ -201,8 +199,7 @@ class Release(Acting):
     on: Name | None = None
     """Name of an event: at its first time after the attachment. The program has to detect it during the run: contact or
     rest of rigid bodies, a region entered or left, a release or removal, a threshold of a position, displacement,
-    velocity, speed, distance or joint_position. A rest is known, and acted on, only when it has lasted for its
-    `for`."""
+    velocity, speed, distance or joint_position. A rest acts when it has lasted for its `for`."""
 
     _one_moment = exactly_one_of("at", "on")
 
