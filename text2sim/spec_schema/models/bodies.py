@@ -34,9 +34,7 @@ class FreeMount(Model):
 
     kind: Literal["free"]
     damping: NonNegative = 0.0
-    """Rate [1/s] at which it loses velocity and spin, as in a viscous medium: `v' = -damping v`, `w' = -damping w`.
-    Left to itself it stops after the way `v / damping`; falling, it approaches the speed `g / damping`; rolling to and
-    fro in a hollow, it has an amplitude that falls as `exp(-damping t / 2)`."""
+    """Rate [1/s] at which velocity and spin decay: `v' = -damping v`. Falling, it approaches `g / damping`."""
 
 
 class FixedMount(Model):
@@ -268,9 +266,9 @@ class Chain(Linked):
     """A load at the end."""
     joint: JointDynamics = JointDynamics.model_construct()
     """Every joint; by default, damping is 0.05 m L^2 per second and armature 0.02 m L^2, with mass m and length L of a
-    link. With a payload, the armature is at least 2e-6 of the payload's mass times the square of the chain's length:
-    less is lost in rounding beside a heavy payload, and the chain flies apart. A chain that is attached at both ends
-    and goes slack may also fly apart with substeps of 2.5 ms; 0.8 ms, or 50 times the damping, keep it stable."""
+    link. With a payload, the armature is at least 2e-6 of its mass times the square of the chain's length, or rounding
+    makes the chain fly apart. One that is attached at both ends and goes slack may also fly apart with substeps of 2.5
+    ms; 0.8 ms, or 50 times the damping, keep it stable."""
     material: Material = Material.model_construct(density=7800.0)
     """Material of the bars."""
 

@@ -111,14 +111,14 @@ class Drive(Acting):
     force: Schedule | None = None
     """Force [N] or torque [N m]."""
     on: Name | None = None
-    """Name of an event: the drive begins at its first time, and the times of the target are relative to that. A ramp
-    without `from` starts at the previous target. The program has to detect the event, as for `release`."""
+    """Name of an event (see `release`): the drive begins at its first time, from which the times of the target count. A
+    ramp without `from` starts at the previous target."""
 
     _one_target = exactly_one_of("position", "velocity", "force")
 
 
 class Reach(Acting):
-    """Positions of a link of a mechanism, converted to targets of its joints by inverse kinematics.
+    """Positions of a link, converted to targets of its joints by inverse kinematics.
 
     All hinges and sliders from the world to that link move, and their actuators need a stiffness. They stop at each
     target; like drives, they replace earlier ones. A loaded joint sags by load over stiffness, as with every drive. A
@@ -161,10 +161,10 @@ class Reach(Acting):
 
 
 class Attach(Acting):
-    """An attachment of two bodies from a time on; they keep their relative pose of that time.
+    """An attachment of two bodies from a time on.
 
-    Rigid bodies are welded, or turn about a `pivot`; the two links do not collide then, other links of the two bodies
-    do. Soft bodies and cloth are attached by points: pins, hooks, clamps. Cloth (pbd) pulls its holder, unless that is
+    They keep their relative pose of that time, or, if they are rigid, turn about a `pivot`. Two links that are attached
+    do not collide, other links of the two bodies do. Soft bodies and cloth are attached by points: pins, hooks, clamps. Cloth (pbd) pulls its holder, unless that is
     driven or has a motor. A soft body does not: its holder moves its points without a reaction force.
     """
 
@@ -175,15 +175,15 @@ class Attach(Acting):
     """For deformable bodies: the attached part; by default the whole body."""
     points: Annotated[Integer, Field(ge=1, le=10_000)] | None = None
     """For deformable bodies: number of points of the region, evenly distributed; by default all. With several copies in
-    `to`, each of them holds the nearest points."""
+    `to`, each holds the nearest."""
     to: Selector
     """The holder: a body, static or link, or `world`, which holds the body where it is. Copies pair one to one, or all
     with the one; several copies hold one deformable body together."""
     pivot: Vec3 | BodyRegion | None = None
     """Of rigid bodies: point [m] or region of `body`, in its frame, about which it turns freely, as on a hook."""
     stiffness: Positive | None = None
-    """For mpm and fem bodies: total stiffness [N/m] of springs that hold the points, instead of a rigid attachment. A
-    rigid attachment is exact for fem and pbd; mpm particles lag behind their holder by four substeps."""
+    """For mpm and fem bodies: total stiffness [N/m] of springs that hold the points. Without, they follow exactly (fem,
+    pbd), or four substeps late (mpm)."""
     at: Seconds = 0.0
     """Time [s]."""
 
@@ -197,9 +197,9 @@ class Release(Acting):
     at: Seconds | None = None
     """Time [s]."""
     on: Name | None = None
-    """Name of an event: at its first time after the attachment. The program has to detect it during the run: contact or
-    rest of rigid bodies, a region entered or left, a release or removal, a threshold of a position, displacement,
-    velocity, speed, distance or joint_position. A rest acts when it has lasted for its `for`."""
+    """Name of an event: at its first time after the attachment. One that the program detects during the run: contact or
+    rest (known after its `for`) of rigid bodies, a region entered or left, a release or removal, a threshold of a
+    position, displacement, velocity, speed, distance or joint_position."""
 
     _one_moment = exactly_one_of("at", "on")
 

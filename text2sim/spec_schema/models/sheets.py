@@ -87,7 +87,7 @@ class Disc(Model):
 
 
 class Sleeve(Model):
-    """A round tube of cloth around z, open at both ends: a sleeve, a sock, a trouser leg, a skirt, a lampshade.
+    """A round tube of cloth around z, open at both ends: a sleeve, a sock, a trouser leg, a lampshade.
 
     For cloth only. Its frame is on its axis at half its height. `edge: bottom` and `edge: top` are its rims. Pushed
     together along an arm that it lies within a `cell` of, it gathers into round folds; with a `bending_compliance` of
