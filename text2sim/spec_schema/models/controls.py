@@ -164,8 +164,9 @@ class Attach(Acting):
     """An attachment of two bodies from a time on.
 
     They keep their relative pose of that time, or, if they are rigid, turn about a `pivot`. Two links that are attached
-    do not collide, other links of the two bodies do. Soft bodies and cloth are attached by points: pins, hooks, clamps. Cloth (pbd) pulls its holder, unless that is
-    driven or has a motor. A soft body does not: its holder moves its points without a reaction force.
+    do not collide, other links of the two bodies do. Soft bodies and cloth are attached by points: pins, hooks, clamps.
+    Cloth (pbd) pulls its holder, unless that is driven or has a motor. A soft body does not: its holder moves its
+    points without a reaction force.
     """
 
     kind: Literal["attach"]
