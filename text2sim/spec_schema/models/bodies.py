@@ -267,8 +267,8 @@ class Chain(Linked):
     joint: JointDynamics = JointDynamics.model_construct()
     """Every joint; by default, damping is 0.05 m L^2 per second and armature 0.02 m L^2, with mass m and length L of a
     link. With a payload, the armature is at least 2e-6 of its mass times the square of the chain's length, or rounding
-    makes the chain fly apart. One that is attached at both ends and goes slack may also fly apart with substeps of 2.5
-    ms; 0.8 ms, or 50 times the damping, keep it stable."""
+    makes the chain fly apart. Attached at both ends and slack, it may fly apart with substeps of 2.5 ms; 0.8 ms, or 50
+    times the damping, keep it stable."""
     material: Material = Material.model_construct(density=7800.0)
     """Material of the bars."""
 

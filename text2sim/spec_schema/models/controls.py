@@ -95,8 +95,8 @@ class Torque(Acting):
 class Drive(Acting):
     """A target for a joint's actuator. A later drive of the same joint replaces an earlier one.
 
-    Before the first drive begins (the `start` or first time of its target; at once if it has none), its actuator holds
-    the start position, zero velocity, or zero force.
+    Before the first begins, at the `start` or first time of its target, the actuator holds the start position, zero
+    velocity, or zero force.
     """
 
     kind: Literal["drive"]

@@ -18,7 +18,7 @@ def _cross(u: list[float], v: list[float]) -> tuple[float, float, float]:
 
 
 class Polyhedron(Model):
-    """The convex hull of points, with flat faces: a wedge, a prism, a pyramid, a stone of an arch."""
+    """The convex hull of points, with flat faces: a wedge, a prism, a pyramid."""
 
     kind: Literal["polyhedron"]
     points: Annotated[list[Vec3], Field(min_length=4, max_length=64)]

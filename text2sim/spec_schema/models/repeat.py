@@ -125,7 +125,7 @@ class Packing(Model):
 
 
 class Glyphs(Model):
-    """One copy for each letter of a text or piece of a sketch, at its position in the line or the picture."""
+    """One copy for each letter of a text or piece of a sketch, at its position there."""
 
     kind: Literal["glyphs"]
 

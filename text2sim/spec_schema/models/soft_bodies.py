@@ -177,14 +177,14 @@ class Rope(Linked):
     radius: Length
     """Radius [m]."""
     segments: Annotated[Integer, Field(ge=2, le=200)] = LINKS
-    """Number of links; the default is smaller for a short thick rope, so that each is at least as long as thick."""
+    """Number of links; by default fewer for a short thick rope, so that each is at least as long as thick."""
     direction: Axis = (0.0, 0.0, -1.0)
     """Direction from its first end to its last."""
     anchored: Bool = True
     """Attach its first end to the world."""
     youngs_modulus: NonNegative = 0.0
     """Young's modulus E [Pa]: each joint is a spring of `E I / segment length`, `I = pi radius^4 / 4`, against bending
-    and twist: a torque `E I angle / length` twists the rope, as a round rod of Poisson's ratio 0. 0 is a limp rope."""
+    and twist. 0 is a limp rope."""
     damping: NonNegative | None = None
     """Viscous damping [N m s/rad] of each joint; derived by default."""
     self_collision: Bool = False
