@@ -172,6 +172,16 @@ def test_what_hangs_in_the_air_gets_posts_where_nothing_moves():
     assert not ((fewer.vertices[:, :2] > 0).all(axis=1)).any(), "the ball passes there"
 
 
+def test_a_tilted_lawn_is_ground_and_needs_no_posts() -> None:
+    """Neither does what stands on it, although the low edge of the lawn is all of the group that is on the floor."""
+    lawn = StaticBody(
+        np.array([[(-9, -9, 0), (9, -9, 0), (9, 9, 1.5)], [(-9, -9, 0), (9, 9, 1.5), (-9, 9, 1.5)]], float)
+    )
+    trunk = box((0.1, 0.1, 1.3), (1.0, 0.0, 2.0))
+    assert posts([lawn, trunk], 0.0, []) is None
+    assert posts([trunk], 0.0, []) is not None
+
+
 def test_a_table_on_which_things_roll_stands_on_its_four_posts():
     table = box((0.5, 1.0, 0.02), (0, 0, 0.8))
     rolling = [

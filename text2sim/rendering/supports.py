@@ -49,6 +49,8 @@ SIGHT = 0.1
 CEILING = 6.0
 """Length of rods, relative to the size of what hangs from them."""
 SIDES = 24
+FLAT = 1e-5
+"""Spread of corners across a plane, relative to that along it."""
 CLEAR = 0.4
 """Opacity below which a body looks like nothing that needs a support."""
 
@@ -74,6 +76,13 @@ class StaticBody:
     def size(self) -> float:
         """Longest side of that box [m]."""
         return float(np.max(self.high - self.low))
+
+    @property
+    def is_ground(self) -> bool:
+        """Whether it is flat: a plane, which may be tilted, is ground that things stand on."""
+        points = self.corners.reshape(-1, 3)
+        spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+        return bool(spread[-1] < FLAT * spread[0])
 
 
 def supports(recording: FilmRecord, level: float, planes: set[str], views: list[View]) -> RenderMesh | None:
@@ -125,7 +134,7 @@ def posts(things: list[StaticBody], level: float, moving: list[tuple[Array, Arra
     """
     supports = []
     for group in _groups(things):
-        if _is_steady(group, level):
+        if any(thing.is_ground for thing in group) or _is_steady(group, level):
             continue
         largest = max(group, key=lambda thing: float(np.prod((thing.high - thing.low)[:2])))
         below, wanted = _posts_below(largest, level, things, moving)
