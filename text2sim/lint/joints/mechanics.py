@@ -151,8 +151,8 @@ class Mechanics:
         """Return the copy with motors, and its link, on which the case places a free rigid copy; None if on none."""
         place = getattr(copy.model, "place", None)
         below = place and (place.on or place.inside)
-        if not below or is_soft(copy.model) or not self.facts.free(copy):
-            return None
+        if not below or is_soft(copy.model) or not self.facts.free(copy) or not self.facts.pull:
+            return None  # without gravity, nothing is a load
         down = (-self.facts.up[0], -self.facts.up[1], -self.facts.up[2])
         own = [part.solid for part in self.facts.parts(copy)]
         powered = {entity for entity, _ in self.motors}
