@@ -160,8 +160,9 @@ def test_what_is_done_is_not_done_again(stage: Stage):
 
     stage.edit("fps: 25", "fps: 50")
     (first.folder / "visibility.json").write_text("{}")
+    (first.folder / "video_top.mp4").write_bytes(b"of another camera")
     assert stage.run(film=False).work is Work.JUDGE, "how well bodies are seen goes with the cameras"
-    outdated = [first.folder / name for name in ("video.mp4", "visibility.json")]
+    outdated = [first.folder / name for name in ("video.mp4", "video_top.mp4", "visibility.json")]
     assert not any(file.exists() for file in outdated), "evidence and report would be about the previous cameras"
     filmed = stage.run()
     assert (filmed.work, filmed.passed, filmed.folder) == (Work.FILM, True, first.folder)

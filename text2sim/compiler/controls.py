@@ -286,8 +286,9 @@ def _held_twice(loaded: LoadedCase, rows: ControlRows) -> list[Problem]:
     holder: dict[frozenset[tuple[str, str | None]], str] = {
         frozenset(((bond.a, None), (bond.b, None))): "" for bond in rows.bonds
     }
-    for weld in rows.welds:
-        pair = frozenset(((weld.a, weld.a_link), (weld.b, weld.b_link)))
+    pairs = [frozenset(((weld.a, weld.a_link), (weld.b, weld.b_link))) for weld in rows.welds]
+    loose = {pair for weld, pair in zip(rows.welds, pairs, strict=True) if weld.event is not None}
+    for weld, pair in zip(rows.welds, pairs, strict=True):
         if not weld.on:
             holder.pop(pair, None)
             continue
@@ -296,7 +297,7 @@ def _held_twice(loaded: LoadedCase, rows: ControlRows) -> list[Problem]:
             text = f"`{weld.a}` and `{weld.b}` are joined {by}: the engine joins two links only once"
             where = ("actions", "controls", weld.control)
             found.setdefault(weld.control, loaded.problem(where, text, rule="held-twice"))
-        if not any(row.event is not None and pair == {(row.a, row.a_link), (row.b, row.b_link)} for row in rows.welds):
+        if pair not in loose:
             holder[pair] = weld.control
     return list(found.values())
 

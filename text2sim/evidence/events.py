@@ -326,13 +326,19 @@ def _released(recording: RecordedCase, event: events.ReleasedEvent, log: EventLo
     attach = recording.case.actions.controls.get(event.attach)
     if not isinstance(attach, Attach):
         raise EventError(f"there is no attach `{event.attach}`")
-    times = [c.at if c.on is None else _acted_on(recording, c.on, log) for c in _releases(recording, event)]
+    times = [c.at if c.on is None else acted_on(recording, c.on, log) for c in _releases(recording, event)]
     end = recording.states.end + 1e-9
     return [{"time": t, "between": [attach.body, attach.to]} for t in times if t is not None and t <= end]
 
 
-def _acted_on(recording: RecordedCase, name: str, log: EventLog) -> float | None:
-    """Return when the program acts on an event [s]: rest is known only when it has lasted."""
+def acted_on(recording: RecordedCase, name: str, log: EventLog) -> float | None:
+    """Return when the program acts on an event [s], None if it did not happen: rest is known only when it has lasted.
+
+    Args:
+        recording: The recording, whose case has the event.
+        name: The event.
+        log: What happened.
+    """
     event, first = recording.case.actions.events[name], log.first(name)
     return first + event.for_ if first is not None and isinstance(event, events.RestEvent) else first
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.compiler.schedules import value_at
-from text2sim.evidence.events import EventLog
+from text2sim.evidence.events import EventLog, acted_on
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.resistance import ancestors, is_blocked
 from text2sim.evidence.selection import SelectionError
@@ -81,7 +81,7 @@ def _drives(recording: RecordedCase, events: EventLog) -> dict[tuple[str, JointR
         try:
             if isinstance(control, Drive):
                 mode = next(m for m in ("position", "velocity", "force") if getattr(control, m) is not None)
-                begun = 0.0 if control.on is None else _first(events, control.on)
+                begun = 0.0 if control.on is None else acted_on(recording, control.on, events)
                 if begun is None:
                     continue
                 labelled = recording.names.select_joints(control.joint)
@@ -100,11 +100,6 @@ def _drives(recording: RecordedCase, events: EventLog) -> dict[tuple[str, JointR
         except SelectionError:
             continue
     return found
-
-
-def _first(events: EventLog, name: str) -> float | None:
-    rows = events.occurrences.get(name)
-    return float(rows[0]["time"]) if rows else None
 
 
 def _spans(recording: RecordedCase, joint: JointRecord, drives: _Drives) -> Iterator[_Span]:

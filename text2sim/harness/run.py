@@ -258,8 +258,8 @@ class _Run:
         self.record.case_digest, self.record.text2sim = fresh.case_digest, fresh.text2sim
         self.record.variants, self.record.sets = fresh.variants, fresh.sets
         self.record.notes, self.record.lint = fresh.notes, fresh.lint
-        if self.record.render_digest != self.film_digest:
-            self._drop_film()
+        if work is Work.FILM or self.record.render_digest != self.film_digest:
+            self._drop_films()
         self.record.write(self.folder)
 
     def _simulate(self) -> None:
@@ -298,15 +298,13 @@ class _Run:
             )
         return self.loaded.problem(("bodies", name), message, key=True, rule="diverged")
 
-    def _drop_film(self) -> None:
-        """Remove a preview that shows previous cameras or looks: evidence and report would be about these."""
+    def _drop_films(self) -> None:
+        """Remove previews that show previous cameras or looks: evidence and report would be about these."""
         self.record.render_digest = ""
-        for name in ("video.mp4", "visibility.json"):
-            (self.folder / name).unlink(missing_ok=True)
+        for file in (*self.folder.glob("video*.mp4"), self.folder / "visibility.json"):
+            file.unlink(missing_ok=True)
 
     def _film_again(self) -> None:
-        self._drop_film()
-        self.record.write(self.folder)
         done = self._run_program(("--film-only",))
         self._keep_film(done, done.outcome.film_message or done.outcome.message)
         self.record.write(self.folder)

@@ -70,10 +70,7 @@ class Linkage:
         zero = {row.link.name: row for row in self._standing({})}
         self._ends: list[tuple[str, Vec, str | None, Vec]] = []
         for loop in tree.loops:
-            corners = (
-                [ORIGIN] if loop.kind == "connect" else [ORIGIN, (0.1, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.1)]
-            )
-            for offset in corners:
+            for offset in _CORNERS[: 1 if loop.kind == "connect" else None]:
                 point = vector_plus(loop.anchor, offset)
                 world = frame_apply(zero[loop.a].pos, zero[loop.a].quat, point)
                 self._ends.append((loop.a, point, loop.b, _local(zero[loop.b], world) if loop.b else world))

@@ -165,7 +165,7 @@ class Rope(Linked):
     Its links are named `link_0`, `link_1`, … from the first end on. To turn an end about the rope, attach its link to a
     driven body that spins, with `anchored: false`: with a `youngs_modulus` the rope carries the twist, and with
     `self_collision` a slack one throws a loop after some turns and winds around itself. On a drum with a horizontal
-    axis, a turn without tension flies off above `w^2 r = g` (w [rad/s]).
+    axis, a turn without tension flies off above `w^2 r = g` (w [rad/s], radius r).
     """
 
     kind: Literal["rope"]

@@ -126,8 +126,8 @@ class LiquidMaterial(Model):
     viscosity: NonNegative = 0.0
     """Dynamic viscosity [Pa s]: oil 0.1, syrup 2, honey 10; that of water is less than the grid's own. A high one wants
     short steps: at most some `density cell^2 / (8 viscosity)`. A volume V spreads on a flat floor to a radius of some
-    `R = 0.9 (9.81 density V^3 t / (3 viscosity))^(1/8)`; where the layer `V / (3.14 R^2)` is thinner than two cells of
-    the grid, it runs out in arms and drops. A liquid always levels out: what keeps a shape, as cream and toothpaste, is
+    `R = 0.9 (9.81 density V^3 t / (3 viscosity))^(1/8)`; where the layer `V / (3.14 R^2)` is thinner than a cell of the
+    grid, it runs out in arms and drops. A liquid always levels out: what keeps a shape, as cream and toothpaste, is
     a `soft` body of model `elasto_plastic` with a `viscosity`."""
     viscous: Bool = False
     """Make it also resist shear, as much as its stiffness allows. Instead of `viscosity`, which says how much."""
