@@ -1,15 +1,14 @@
 """What acts on bodies that deform: what the program says of it, and how it finds points."""
 
-import importlib.util
-import sys
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
+from program_modules import load_module
 
 from text2sim.compiler.build import plan_case
-from text2sim.compiler.emit import TEMPLATES, emit
+from text2sim.compiler.emit import emit
 from text2sim.compiler.soft.control_checks import MOVED_BY_FIELDS
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
@@ -261,18 +260,7 @@ def test_copies_are_held_one_by_one_or_as_they_say():
 @pytest.fixture(scope="module")
 def points():
     """The module of the program, without the engine."""
-    spec = importlib.util.spec_from_file_location("points_of_a_program", Path(TEMPLATES) / "points.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    missing = {name: ModuleType(name) for name in ("genesis", "torch") if name not in sys.modules}
-    sys.modules.update(missing)
-    try:
-        spec.loader.exec_module(module)
-    finally:
-        for name in missing:
-            del sys.modules[name]
-    return module
+    return load_module("points", genesis=ModuleType("genesis"), torch=ModuleType("torch"))
 
 
 GRID = np.stack(np.meshgrid(*[np.linspace(0, 1, 11)] * 2, [0.0]), axis=-1).reshape(-1, 3)

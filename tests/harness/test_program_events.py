@@ -1,14 +1,11 @@
 """What the program detects during a run, against what is found in the recording of the same motion."""
 
-import importlib.util
-import sys
-from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
+from program_modules import load_module
 
-from text2sim.compiler.emit import TEMPLATES
 from text2sim.evidence.events import find_events
 from text2sim.evidence.measures import evaluate
 from text2sim.evidence.recorded_case import RecordedCase
@@ -20,21 +17,8 @@ DT = 0.01
 @pytest.fixture(scope="module")
 def triggers():
     """The module of the program, without the engine."""
-    spec = importlib.util.spec_from_file_location("triggers_of_a_program", Path(TEMPLATES) / "triggers.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    points = ModuleType("points")
-    vars(points).update(Points=None, array=None, choose=None)
-    missing = {"genesis": ModuleType("genesis"), "points": points}
-    missing = {name: module for name, module in missing.items() if name not in sys.modules}
-    sys.modules.update(missing)
-    try:
-        spec.loader.exec_module(module)
-    finally:
-        for name in missing:
-            del sys.modules[name]
-    return module
+    points = SimpleNamespace(Points=None, array=None, choose=None)
+    return load_module("triggers", genesis=ModuleType("genesis"), points=points)
 
 
 class Replay:

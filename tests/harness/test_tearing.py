@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from program_modules import load_module
 
 from text2sim.evidence.soft_diagnostics import first_torn
 from text2sim.evidence.tearing import MAX_TIED_DISTANCE, pieces
@@ -65,19 +66,8 @@ def test_what_touches_is_apart_once_it_has_torn() -> None:
     assert pieces(Body(bar(), bar(), torn=skewed))[0].tolist() == [1, 1]  # type: ignore[arg-type]
 
 
-def test_drag_acts_on_each_point(monkeypatch: pytest.MonkeyPatch) -> None:
-    import sys
-    from importlib.util import module_from_spec, spec_from_file_location
-    from pathlib import Path
-
-    import text2sim.templates
-
-    monkeypatch.setitem(sys.modules, "points", SimpleNamespace(Points=None, choose=None, each_substep=None))
-    where = Path(text2sim.templates.__file__).with_name("pushes.py")
-    spec = spec_from_file_location("pushes_alone", where)
-    assert spec is not None and spec.loader is not None
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
+def test_drag_acts_on_each_point() -> None:
+    module = load_module("pushes", points=SimpleNamespace(Points=None, choose=None, each_substep=None))
     push = module.Push.__new__(module.Push)
     velocities = np.array([[5.0, 0, 0], [0.0, 0, 0], [9.0, 9, 9]])
     kept: list[np.ndarray] = []

@@ -1,26 +1,17 @@
 """Gusts that the air carries along."""
 
-import importlib.util
-import sys
-from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from program_modules import load_module
 
-import text2sim.templates
 
-
-@pytest.fixture
-def airflow(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+@pytest.fixture(scope="module")
+def airflow() -> ModuleType:
     """The module as a program has it, without the engine."""
-    monkeypatch.setitem(sys.modules, "points", SimpleNamespace(Points=None, each_substep=None))
-    spec = importlib.util.spec_from_file_location("airflow", Path(text2sim.templates.__path__[0]) / "airflow.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return load_module("airflow", points=SimpleNamespace(Points=None, each_substep=None))
 
 
 def flow(airflow: ModuleType, **more: Any) -> Any:
