@@ -164,7 +164,8 @@ class Cinematography:
 
         loaded = load_text(text, self._path)
         try:
-            patch = composed(_recording(self._run, loaded), data_of(text).get("render") or {})
+            said = f"{loaded.case.prompt or ''} {self._request}"
+            patch = composed(_recording(self._run, loaded), data_of(text).get("render") or {}, said)
             corrected = restyle(text, patch, self._path) if patch else text
         except (Text2SimError, PatchError) as error:
             self._emit("treatments_failed", why=f"composition: {error}")

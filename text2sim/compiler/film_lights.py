@@ -162,6 +162,7 @@ def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) ->
             **({"floor": floor} if floor else {}),
             **behind,
             "supports": render.supports == "posts",
+            **({"own_lights": True} if render.lights else {}),
             **({"driven": driven} if (driven := scene.driven) else {}),
         },
     }

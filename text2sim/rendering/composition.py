@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from text2sim.legibility.film import Watcher
 from text2sim.legibility.sight import Sight
 from text2sim.recording.film_record import FilmRecord
+from text2sim.rendering.reframing import FIXED, reframed
 from text2sim.rendering.withdrawing import (
     EDGE,
     WHOLE,
@@ -61,24 +62,28 @@ STEPS = 3
 """Number of corrections: turning a camera changes the perspective slightly."""
 
 
-def composed(recording: FilmRecord, written: Mapping[str, Any]) -> list[Operation]:
+def composed(recording: FilmRecord, written: Mapping[str, Any], request: str = "") -> list[Operation]:
     """Return a JSON Patch of a case's `render` with which its main film cuts off less, and ends when all is at rest.
 
-    Cameras with `frame` are left alone: they show their bodies whole.
+    Cameras with `frame` show their bodies whole; they only come closer while they can.
 
     Args:
         recording: The recorded run, with the film of the case.
         written: The section `render` of the case as its author wrote it.
+        request: What was asked for. It may say that the camera stands still.
     """
     cameras: Mapping[str, Any] = written.get("cameras") or {}
     patch: list[Operation] = []
     if not cameras:
         return patch
     watcher = Watcher(recording)
+    stands = FIXED.search(request) is not None
     for name, shown in pictures_by_camera(recording, PICTURES).items():
         camera = recording.film["cameras"][name]
         if camera["kind"] == "keyframed" and name in cameras:
             patch += withdrawn(watcher, name)
+        if name in cameras and not stands:
+            patch += reframed(watcher, name, cameras[name])
         if camera["kind"] not in WIDENED or "frame" in camera or name not in cameras:
             continue
         if (fitted := _fitted(watcher, name, shown)) is not None:

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 
 from text2sim.recording.film_record import FilmRecord, SurfaceLook
+from text2sim.rendering.offstage import offstage, views_of
 from text2sim.rendering.trace import Quality
 from text2sim.spec_schema.whole_files import replacing
 from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras
 
-DRAWING_VERSION = 39
+DRAWING_VERSION = 40
 """Version of this package's output; incremented whenever it draws the same scene differently."""
 ABANDONED = 3600.0
 """Age [s] from which an incomplete file counts as abandoned."""
@@ -42,10 +43,9 @@ class Digests:
             for p in recording.soft
         ]
         film = {name: recording.film.get(name) for name in SHOWN}
+        statics = sorted(recording.statics), sorted(offstage(recording, views_of(recording)))
         self._common = hashlib.sha256(
-            json.dumps(
-                [DRAWING_VERSION, film, size, vars(quality), parts, soft, sorted(recording.statics)], default=str
-            ).encode()
+            json.dumps([DRAWING_VERSION, film, size, vars(quality), parts, soft, *statics], default=str).encode()
         )
 
     def __call__(self, frame: Frame, samples: int, reference: Frame | None = None) -> str:

@@ -21,6 +21,7 @@ from text2sim.rendering.floors import floor_material
 from text2sim.rendering.hangers import hangers
 from text2sim.rendering.lights import dome, emitters, gradient
 from text2sim.rendering.meshes import RenderMesh
+from text2sim.rendering.offstage import EYES, offstage, views_of
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.rigid import batches
 from text2sim.rendering.shapes import mesh_shape, shaded
@@ -30,8 +31,7 @@ from text2sim.rendering.supports import supports
 from text2sim.rendering.tone import linear
 from text2sim.rendering.walls import wall_material
 from text2sim.rendering.wetting import Wall
-from text2sim.templates.cadence import frames, reels
-from text2sim.templates.cameras import Cameras, View, basis
+from text2sim.templates.cameras import View, basis
 
 BACKDROP_FINISH = "rough"
 ROOM_BRIGHTNESS = 0.8
@@ -43,8 +43,6 @@ LENS = ("aperture_radius", "focus_distance")
 """Parameters of a sensor that the renderer would compile as constants; it treats the others as variable by itself."""
 MAX_HAZE_POINTS = 5000
 """Largest number of extreme points that decide where haze begins."""
-EYES = 60
-"""Number of moments of the films at which camera positions are sampled."""
 
 
 def texture_scale(radius: float) -> float:
@@ -81,13 +79,15 @@ class FilmStage:
         self._stage = float(self.backdrop["radius"]) / CYCLORAMA_RADIUS
         """Radius of what the film shows [m]."""
         self._fixed: dict[str, Any] = {"type": "scene"}
+        self._views = views_of(recording)
         self._floor, replaced = self._floor_look()
+        hidden = replaced | offstage(recording, self._views)
         self._backdrop = self._make_backdrop()
         center, radius = np.asarray(self.backdrop["center"], float), float(self.backdrop["radius"])
         self._fixed |= emitters(film["lights"], center, radius)
         posts, self._rods = None, None
         if self.backdrop.get("supports") and self.backdrop["level"] is not None:
-            level, ground = float(self.backdrop["level"]), replaced | set(self.backdrop["planes"])
+            level, ground = float(self.backdrop["level"]), hidden | set(self.backdrop["planes"])
             posts = supports(recording, level, ground, self._views)
             self._rods = hangers(recording, self.backdrop.get("driven", []), level, self._views)
         if posts is not None:
@@ -95,7 +95,7 @@ class FilmStage:
         self._fixed |= {name: make(bsdf) for name, (make, bsdf) in self._backdrop.items()}
         scale = texture_scale(self._stage)
         self._level_square = [_square(self.backdrop)] if replaced else []
-        shown = [part for part in recording.parts if part.body not in replaced]
+        shown = [part for part in recording.parts if part.body not in hidden]
         self._rigid = batches(shown, recording.statics, scale)
         states = recording.states.soft
         self._soft = None if states is None else SoftBodies(recording.soft, states, scale)
@@ -131,20 +131,6 @@ class FilmStage:
         lowest = [states.bounds(bodies, float(t))[:, 2].min() for t in times] if bodies else []
         # Bodies that fall out of the picture do not lower the floor.
         return float(max(min(lowest), lowest[0] - np.ptp(states.bounds(bodies, 0.0)[:, 2]))) if lowest else None
-
-    @cached_property
-    def _views(self) -> list[View]:
-        """Return the views of the cameras over the films, and those of each camera over the whole time."""
-        film, last = self.recording.film, self.recording.last
-        cameras = Cameras(film, self.recording.states)
-        pictures = [frame for reel in reels(film).values() for frame in frames(film, reel, last)]
-        chosen = pictures[:: max(1, len(pictures) // EYES)]
-        moments = [(frame.camera, frame.t, frame.part) for frame in chosen]
-        parts = np.linspace(0.0, 1.0, EYES // 4)
-        moments += [
-            (name, film["start"] + p * (film["end"] - film["start"]), p) for name in film["cameras"] for p in parts
-        ]
-        return [cameras.view(*moment) for moment in moments]
 
     def at(self, t: float, *, gloss: bool = True) -> FilmMoment:
         """Return the scene at simulated time `t` [s], with the reflections of clear bodies if `gloss`."""

@@ -88,10 +88,11 @@ def along(times: list[float], points: list[Vec], t: float) -> Vec:
             return 0.0
         return (points[i + 1][axis] - points[i - 1][axis]) / (times[i + 1] - times[i - 1])
 
+    # Written so that it stands exactly still between equal points.
     x, y, z = (
-        (1 + 2 * u) * (1 - u) ** 2 * points[k][axis]
+        points[k][axis]
+        + u**2 * (3 - 2 * u) * (points[k + 1][axis] - points[k][axis])
         + u * (1 - u) ** 2 * long * speed(k, axis)
-        + u**2 * (3 - 2 * u) * points[k + 1][axis]
         + u**2 * (u - 1) * long * speed(k + 1, axis)
         for axis in range(3)
     )

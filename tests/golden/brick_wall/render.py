@@ -56,6 +56,7 @@ BACKDROP = {
     "sky": (0.5255, 0.6941, 0.8706),
     "skyline": "wood",
     "supports": True,
+    "own_lights": True,
 }
 GAIN = 0.8044  # exposure: a white sheet that faces the strongest light appears white
 TONE = "agx"
