@@ -134,9 +134,9 @@ def equal(filming: Filming, frame: Frame) -> str:
     def pictures(samples: int) -> tuple[np.ndarray, np.ndarray]:
         """Return a picture before and after denoising, of 255, each (h, w, 3)."""
         traced = trace(moments, Quality(samples, how.depth, 1), film["gain"])
-        if traced.sampled is None:
+        if traced.surfaces is None:
             raise SystemExit("--equal needs a case without clear liquids")
-        kept = (traced.sampled.noisy, traced.sampled.smooth)
+        kept = (traced.surfaces.noisy, traced.surfaces.smooth)
         noisy, smooth = (filming.develop(replace(traced, radiance=radiance)).astype(float) for radiance in kept)
         return noisy, smooth
 

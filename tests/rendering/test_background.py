@@ -1,58 +1,102 @@
-"""Still backgrounds, and the samples of held frames."""
+"""Still backgrounds: only what differs from one moment of a standing camera is traced; and the samples of held frames."""
 
 import numpy as np
 import pytest
 from filmed import MakeRun
-from scipy.ndimage import gaussian_filter
 
 from text2sim.recording.film_record import read_recording
-from text2sim.rendering.background import BACKGROUND_SAMPLES, WORTH, Sampled, background, sharpened
-from text2sim.rendering.film import Filming
+from text2sim.rendering.background import (
+    BACKGROUND_SAMPLES,
+    COARSE,
+    FINISHING_SAMPLES,
+    WORTH,
+    Probe,
+    changed,
+    crops,
+    faded,
+)
+from text2sim.rendering.film import PROBE_SAMPLES, Filming, Work
 from text2sim.rendering.resting import held_samples
 
-TRUTH = 0.5 + 0.3 * np.sin(np.arange(96) * 1.3)[None, :, None] * np.ones((64, 1, 3))
+SIZE = (64, 96)
+BOX = {"half": 0.3, "pos": (-0.5, 0, 0.5), "velocity": (2.5, 0, 0)}
 
 
-def sampled(truth: np.ndarray, seed: int, first: np.ndarray, blur: float = 2.0) -> Sampled:
-    noisy = truth + np.random.default_rng(seed).normal(0, 0.1, truth.shape)
-    return Sampled(noisy, gaussian_filter(noisy, (blur, blur, 0)), first)
+def seen(light: float = 0.5, noise: int = 0) -> Probe:
+    hits = np.ones((*SIZE, 7)) * (0.5, 0.5, 0.5, 0, 0, 1, 3)
+    coarse = np.full((SIZE[0] // COARSE, SIZE[1] // COARSE, 3), light)
+    return Probe(hits, coarse * np.random.default_rng(noise).uniform(0.5, 1.5, coarse.shape))
 
 
-def rms(error: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(error**2)))
+def test_pixels_differ_where_something_else_is_hit() -> None:
+    now = seen()
+    now.hits[30, 40, :3] = 0.6  # another colour
+    now.hits[10, 80, 6] = 2.9  # nearer
+    now.hits[50:, :, 6] += 1e-4  # a body at rest trembles
+    found = changed(now, seen(), 1.0)
+    assert found[30, 40]
+    assert found[10, 80]
+    assert found.sum() < 2 * 81
+    assert not found[45:].any()
 
 
-def test_the_background_is_sharp_where_samples_are_equal_and_what_moves_is_as_it_was() -> None:
-    nothing = np.zeros((64, 96, 8))
-    body = nothing.copy()
-    body[20:40, 10:30] = 1.0
-    picture = sampled(np.where(body[..., :1] > 0, 0.9, TRUTH), 0, body)
-    shown = sharpened(picture, background(sampled(TRUTH, 0, nothing), TRUTH))
-    np.testing.assert_array_equal(shown[20:40, 10:30], picture.smooth[20:40, 10:30])
-    np.testing.assert_allclose(shown[:, 60:], TRUTH[:, 60:], atol=1e-3)
-    assert rms(picture.smooth[:, 60:] - TRUTH[:, 60:]) > 0.1
+@pytest.mark.parametrize(("shade", "differs"), [(0.9, True), (0.995, False)])
+def test_pixels_differ_in_a_shadow_that_can_be_seen(shade: float, *, differs: bool) -> None:
+    now = seen()
+    now.light[4:9, 4:9] *= shade
+    found = changed(now, seen(), 1.0)
+    assert found[20:32, 20:32].all() == differs
+    assert not found[:, 70:].any(), "samples are equal where nothing has changed, however noisy they are"
 
 
-def test_a_shadow_keeps_its_light_and_other_samples_add_nothing() -> None:
-    nothing, shade = np.zeros((64, 96, 8)), np.ones((64, 96, 1))
-    shade[:, :40] = 0.5
-    flat = np.full(TRUTH.shape, 0.6)
-    same = background(sampled(flat, 0, nothing), flat)
-    shown = sharpened(sampled(flat * shade, 0, nothing), same)
-    assert shown[:, :25].mean() == pytest.approx(0.3, abs=0.01)
-    other = sampled(flat, 1, nothing)
-    assert rms(sharpened(other, same) - flat) < 1.2 * rms(other.smooth - flat)
+def test_a_single_path_that_has_changed_is_no_shadow() -> None:
+    now = seen()
+    now.light[5, 5] *= 40
+    assert not changed(now, seen(), 1.0).any()
+
+
+def test_what_is_traced_fades_into_the_background_and_is_denoised_in_parts() -> None:
+    wanted = np.zeros((400, 600), bool)
+    wanted[40:80, 40:80] = wanted[300:340, 500:540] = True
+    weight = faded(wanted)
+    assert weight[60, 60] == 1
+    assert (weight[~wanted] == 0).all()
+    parts = crops(wanted)
+    assert len(parts) == 2
+    assert sum(wanted[part].sum() for part in parts) == wanted.sum(), "every wanted pixel is in one of them"
+    wanted[::40, ::40] = True
+    assert len(crops(wanted)) == 1
 
 
 def test_what_a_standing_camera_sees_is_traced_once_if_there_are_enough_pictures(make_run: MakeRun) -> None:
-    run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (9, 0, 0)}}, fps=50.0)
+    run = make_run({"box": BOX}, fps=50.0)
     film = Filming(read_recording(run), samples=4)
     reels = film.reels()
-    assert len(reels[0].frames) * 4 >= WORTH * BACKGROUND_SAMPLES
-    assert set(film._references.values()) == {reels[0].frames[len(reels[0].frames) // 2]}
-    assert film.missing(reels) == (20, 20 * 4 + BACKGROUND_SAMPLES + 4)
-    short = Filming(read_recording(run), samples=2)
-    assert short.missing(short.reels()) == (20, 20 * 2)
+    assert len(reels[0].frames) * (4 + FINISHING_SAMPLES) >= WORTH * BACKGROUND_SAMPLES
+    assert set(film._standing.references.values()) == {reels[0].frames[len(reels[0].frames) // 2]}
+    assert film.missing(reels) == Work(20, 20 + 2, 20 * (4 + PROBE_SAMPLES) + BACKGROUND_SAMPLES + 4)
+    assert film.missing(reels, 0.25) == Work(20, 5 + 2, 20 * (1 + PROBE_SAMPLES) + BACKGROUND_SAMPLES + 4)
+    short = Filming(read_recording(make_run({"box": BOX}, "short", fps=25.0)), samples=2)
+    assert short.missing(short.reels()) == Work(10, 10, 10 * 2)
+
+
+@pytest.mark.usefixtures("tracer")
+def test_a_frame_in_front_of_its_background_looks_as_if_all_of_it_were_traced(make_run: MakeRun) -> None:
+    floor = {"half": (3, 3, 0.05), "pos": (0, 0, -0.05)}
+    lamp = {"kind": "sun", "direction": (0.4, 0.3, -1.0), "color": (1, 1, 1), "strength": 3.0, "angle": 5.0}
+    lights = {"dome": {"kind": "environment", "strength": 0.4, "color": (1, 1, 1), "horizon": (1, 1, 1)}, "sun": lamp}
+    film = Filming(read_recording(make_run({"box": BOX, "floor": floor}, fps=50.0, lights=lights)), size=(96, 54))
+    frames = film.reels()[0].frames
+    assert film.has_background(frames[0])
+    background, wanted = film._standing.behind(frames[0], film.samples) or (None, np.zeros(0))
+    assert background is not None
+    assert 0.05 < wanted.mean() < 0.7
+    part, whole = (film.develop(film.trace(frames[0], with_background=on)).astype(float) for on in (True, False))
+    assert np.sqrt(np.mean((part - whole) ** 2)) < 6, "apart from noise"
+    np.testing.assert_allclose(part[~wanted].mean(), whole[~wanted].mean(), atol=1)
+    np.testing.assert_allclose(part[wanted].mean(), whole[wanted].mean(), atol=1)
+    share = film.traced_share(film.reels()[0])
+    assert 0.02 < share < 0.7
 
 
 @pytest.mark.parametrize(
@@ -60,15 +104,3 @@ def test_what_a_standing_camera_sees_is_traced_once_if_there_are_enough_pictures
 )
 def test_held_frames_have_more_samples(samples: int, pictures: int, held: int) -> None:
     assert held_samples(samples, pictures) == held
-
-
-def test_a_body_that_was_there_leaves_no_ghost() -> None:
-    """Denoising has mixed its brightness into its surroundings."""
-    nothing = np.zeros((64, 96, 8))
-    body = nothing.copy()
-    body[20:40, 10:30] = 1.0
-    bright = np.where(body[..., :1] > 0, 5.0, TRUTH)
-    picture = sampled(TRUTH, 0, nothing, 12.0)
-    shown = sharpened(picture, background(sampled(bright, 0, body, 12.0), bright))
-    around = np.s_[14:46, 30:80]
-    assert np.abs(shown[around] - picture.smooth[around]).max() < 1.2 * np.abs(TRUTH - picture.smooth)[around].max()

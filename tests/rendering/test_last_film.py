@@ -68,15 +68,16 @@ def test_a_film_that_is_stopped_at_once_leaves_the_preview(make_run: MakeRun, mo
 def test_a_film_is_as_large_and_smooth_as_there_is_time_for(make_run: MakeRun) -> None:
     run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (9, 0, 0)}}, fps=50.0)
     filming = Filming(read_recording(run))
-    time = FrameTime(0.1, 0.7, 0.2)
-    fits = {given: cut_down(filming, Filming.reels, given / 60, time) for given in (24, 17, 11, 8, 6, 3, 0)}
+    time = FrameTime(0.1, 0.7, 0.2, 0.25)
+    fits = {given: cut_down(filming, Filming.reels, given / 60, time) for given in (13.5, 11.5, 7.5, 6.6, 4.5, 2.5, 0)}
     assert [(fit.filming.size, fit.filming.fps, fit.filming.samples) for fit in fits.values()] == [
         ((64, 36), 50.0, 8), ((64, 36), 50.0, 4), ((48, 28), 50.0, 4), ((48, 28), 50.0, 2), ((48, 28), 100 / 3, 2),
         ((36, 20), 25.0, 2), ((36, 20), 50 / 3, 2),
     ]  # fmt: skip
     assert all(fit.seconds <= given for given, fit in fits.items() if given)
-    # 20 pictures of 8 samples, and a background of 36 and 8.
-    assert {round(fit.whole, 6) for fit in fits.values()} == {round(20 * 0.3 + (20 * 8 + 36 + 8) * 0.7 / 8, 6)}
+    # A quarter of 20 pictures of 8 samples, what tells the quarter, and a background of 36 and 8.
+    samples = 20 * (8 / 4 + 1.25) + 36 + 8
+    assert {round(fit.whole, 6) for fit in fits.values()} == {round(20 * 0.1 + (5 + 2) * 0.2 + samples * 0.7 / 8, 6)}
 
 
 def test_none_makes_none_and_a_run_that_recorded_nothing_is_no_error(make_run: MakeRun) -> None:

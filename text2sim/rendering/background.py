@@ -1,86 +1,133 @@
-"""Still backgrounds: what few samples and the denoiser smear is added back where nothing moves.
+"""Still backgrounds: of a standing camera's pictures only those pixels are traced that differ from one of its moments.
 
-All pictures have the same seed. Where no path meets anything that moves, the samples of a picture equal those of
-another moment exactly, and so does the error that remains after denoising. This error is known at one moment of each
-standing camera, which is traced with few samples and with many: a control variate,
-https://en.wikipedia.org/wiki/Control_variates. Nothing of that moment shows through: what is added is the difference
-of two pictures of it.
+That moment is traced with many samples. What differs is found by comparing first hits at every pixel, and the light of
+a coarse picture. All pictures have the same seed: where no path meets anything that has moved, samples are equal, so
+few of them show where light has changed (common random numbers,
+https://en.wikipedia.org/wiki/Variance_reduction#Common_random_numbers).
 """
 
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter, maximum_filter
+from scipy.ndimage import binary_dilation, find_objects, gaussian_filter, label, uniform_filter
 
+from text2sim.rendering.partly import render
+from text2sim.rendering.renderer import mitsuba
 from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras
 
 Array = NDArray[np.floating]
+Mask = NDArray[np.bool_]
 
 BACKGROUND_SAMPLES = 36
 """Samples per pixel of the moment that others are compared with."""
-WORTH = 2
+WORTH = 1.5
 """Least samples of all pictures of a standing camera, as a multiple of BACKGROUND_SAMPLES, for which it is traced."""
-AROUND, MARGIN = 4.0, 2.0
-"""Standard deviations of the weights by which pixels are averaged, and of the margin around what moves [pixels]."""
-DIFFERENT = 0.1
-"""Relative difference in brightness, as a root of radiance, from which nothing is added."""
+FINISHING_SAMPLES = 2
+"""Samples per pixel that take as long as guides and denoising of a picture."""
+GUIDES = "albedo:albedo,normal:sh_normal,depth:depth"
+COARSE, LIGHT_SAMPLES = 4, 4
+"""Pixels of a picture along a pixel of the coarse one, and samples per pixel of that."""
+ALBEDO, NORMAL, DEPTH = 0.004, 0.02, 5e-4
+"""Differences of first hits that nobody sees: of albedo, of the normal, and of the depth, relative to it."""
+LIGHT, AROUND = 0.02, 1.5
+"""Relative difference in light that nobody sees, and standard deviation of the weights by which it is averaged
+[coarse pixels]."""
+MOST_OF_ONE = 0.25
+"""Largest relative difference of a single coarse pixel that counts."""
+DARK = 0.03
+"""Radiance, relative to a white sheet, that is added to what differences are relative to."""
+MARGIN, COARSE_MARGIN = 4, 2
+"""Pixels around what differs, and coarse pixels, that are traced as well."""
+FADED = 7
+"""Width of the band in which a traced part fades into the background [pixels]."""
+CROP_MARGIN, MOST_CROPS = 24, 6
+"""Pixels around a traced part that the denoiser sees, and largest number of parts that it is given one by one."""
 
 
 @dataclass(frozen=True)
-class Sampled:
-    """A picture of surfaces before and after denoising, of one or several moments."""
+class Probe:
+    """What tells whether a picture differs."""
 
-    noisy: Array
-    """Radiance, shape (h, w, 3)."""
-    smooth: Array
-    """Radiance denoised, shape (h, w, 3)."""
-    first: Array
-    """Albedo, normal, depth and coverage of what is hit first, shape (h, w, 8)."""
+    hits: Array
+    """Albedo, normal and depth of what one ray per pixel hits, shape (h, w, 7)."""
+    light: Array
+    """Radiance of the coarse picture, shape (h / COARSE, w / COARSE, 3)."""
 
 
 @dataclass(frozen=True)
 class Background:
     """What a standing camera sees at one moment."""
 
+    radiance: Array
+    """Denoised radiance of surfaces with many samples, not multiplied by alpha, shape (h, w, 3)."""
     noisy: Array
-    """Brightness with as many samples as the pictures, and the same seeds, shape (h, w)."""
-    smooth: Array
-    """The same denoised, shape (h, w)."""
-    first: Array
-    """What is hit first, as in `Sampled`, shape (h, w, 8)."""
-    error: Array
-    """Radiance that the denoised picture lacks, shape (h, w, 3)."""
-    noise: Array
-    """Variance of the samples' brightness around each pixel, shape (h, w)."""
+    """The same with as few samples as the pictures, not denoised. Surroundings without noise would teach the denoiser
+    that noise is texture."""
+    alpha: Array
+    """Coverage of each pixel, shape (h, w)."""
+    guides: Array
+    """Albedo, normal and depth, shape (h, w, 7)."""
+    probe: Probe
 
 
-def background(few: Sampled, many: Array) -> Background:
-    """Return the background from the same moment with few samples, and with many, denoised (h, w, 3)."""
-    noisy = _brightness(few.noisy)
-    noise = _averaged((_brightness(many) - noisy) ** 2)
-    return Background(noisy, _brightness(few.smooth), few.first, many - few.smooth, noise)
+def probe(scene: Any, sensor: Any, coarse_sensor: Any, depth: int, seed: int) -> Probe:
+    """Return what tells whether a picture differs.
 
-
-def sharpened(picture: Sampled, behind: Background) -> Array:
-    """Return the denoised radiance (h, w, 3) of a picture, with what it lacks where it shows the background.
-
-    The share that is added is the correlation of the samples, which is 1 where they are equal, and 0 where the light
-    has changed so much that they have nothing in common.
+    Args:
+        scene: The scene.
+        sensor: The camera.
+        coarse_sensor: The same with pictures of `coarse_size`.
+        depth: Maximum depth of paths.
+        seed: Seed of the samples, the same for all pictures that are compared.
     """
-    moved = maximum_filter((picture.first != behind.first).any(axis=-1), 5).astype(np.float32)
-    away = 1 - np.clip(2 * gaussian_filter(moved, MARGIN), 0, 1)
-    change = _brightness(picture.noisy) - behind.noisy
-    varied = _averaged(change**2) - _averaged(change) ** 2
-    # The variance of the difference of two equally noisy pictures is 2 (1 - correlation) times that of each.
-    alike = np.clip(1 - varied / np.maximum(2 * behind.noise, 1e-12), 0, 1)
-    before, now = behind.smooth, _brightness(picture.smooth)
-    # What has the colour of a neighbour that moves, since it was denoised, has another error.
-    alike *= np.clip(1 - np.abs(now - before) / np.maximum(DIFFERENT * np.maximum(now, before), 1e-9), 0, 1)
-    return np.maximum(picture.smooth + (away * alike)[..., None] * behind.error, 0)
+    mi = mitsuba()
+    path = mi.load_dict({"type": "path", "max_depth": depth, "hide_emitters": True})
+    hits = render(scene, sensor, mi.load_dict({"type": "aov", "aovs": GUIDES}), 1, seed)
+    return Probe(hits[..., -7:], render(scene, coarse_sensor, path, LIGHT_SAMPLES, seed)[..., :3])
+
+
+def coarse_size(size: tuple[int, int]) -> tuple[int, int]:
+    """Return width and height of the coarse picture for those of a picture [pixels]."""
+    return -(-size[0] // COARSE), -(-size[1] // COARSE)
+
+
+def changed(now: Probe, before: Probe, gain: float) -> Mask:
+    """Return the pixels (h, w) that differ, with a margin.
+
+    Args:
+        now: A picture.
+        before: The moment with which it is compared.
+        gain: Factor that maps a lit white sheet to 1.
+    """
+    difference = np.abs(now.hits - before.hits)
+    depth = np.maximum(now.hits[..., 6], before.hits[..., 6])
+    moved = (difference[..., :3] > ALBEDO).any(axis=-1) | (difference[..., 3:6] > NORMAL).any(axis=-1)
+    moved |= difference[..., 6] > DEPTH * depth
+    level = _averaged(before.light).max(axis=-1, keepdims=True) + DARK / gain
+    # Of a single path that has changed, little is known.
+    away = np.clip(now.light - before.light, -MOST_OF_ONE * level, MOST_OF_ONE * level)
+    lit = (np.abs(_averaged(away)) > LIGHT * level).any(axis=-1)
+    lit |= ~np.isfinite(now.light).all(axis=-1)
+    wide = np.kron(binary_dilation(lit, iterations=COARSE_MARGIN), np.ones((COARSE, COARSE), bool))
+    return np.logical_or(binary_dilation(moved, iterations=MARGIN), wide[: moved.shape[0], : moved.shape[1]])
+
+
+def faded(wanted: Mask) -> Array:
+    """Return the weight of what was traced in a picture (h, w): 0 where it was not, and 1 away from there."""
+    return np.clip(2 * uniform_filter(wanted.astype(np.float32), FADED) - 1, 0, 1)
+
+
+def crops(wanted: Mask) -> list[tuple[slice, slice]]:
+    """Return the parts of a picture to be denoised: around each connected part of what was traced, or all together."""
+    near: Any = binary_dilation(wanted[::COARSE, ::COARSE], iterations=-(-CROP_MARGIN // COARSE))
+    parts: Any = label(near)
+    found = find_objects(parts[0] if parts[1] <= MOST_CROPS else near.astype(int))
+    return [(_scaled(rows), _scaled(columns)) for rows, columns in found]
 
 
 def references(pictures: Iterable[Frame], cameras: Cameras, samples: int) -> dict[Frame, Frame]:
@@ -98,13 +145,14 @@ def references(pictures: Iterable[Frame], cameras: Cameras, samples: int) -> dic
         views = [np.hstack(cameras.view(frame.camera, t, part)).tobytes() for t, part in frame.moments(2)]
         if len(set(views)) == 1:
             seen[views[0]].append(frame)
-    worth = [some for some in seen.values() if len(some) * samples >= WORTH * BACKGROUND_SAMPLES]
+    least = WORTH * BACKGROUND_SAMPLES
+    worth = [some for some in seen.values() if len(some) * (samples + FINISHING_SAMPLES) >= least]
     return {frame: some[len(some) // 2] for some in worth for frame in some}
 
 
-def _brightness(radiance: Array) -> Array:
-    return np.sqrt(np.maximum(radiance.mean(axis=-1), 0))  # single bright samples count less
+def _scaled(side: slice) -> slice:
+    return slice(side.start * COARSE, side.stop * COARSE)
 
 
 def _averaged(values: Array) -> Array:
-    return gaussian_filter(values, AROUND)
+    return gaussian_filter(np.nan_to_num(values), (AROUND, AROUND, 0))

@@ -37,6 +37,8 @@ class FrameTime:
     """Proportional to its pixels and samples."""
     finishing: float
     """Proportional to its pixels."""
+    share: float = 1.0
+    """Share of a picture with a background that is traced."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,9 @@ def fitted(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: fl
     _, taken = _frame_seconds(filming, first.frames[0]), _frame_seconds(filming, frame)
     tracing = (taken["trace"] + taken["gloss"]) * filming.samples / filming.samples_of(frame)
     finishing = taken["guides"] + taken["denoise"]
-    return cut_down(filming, reels, minutes, FrameTime(taken["update"], tracing, finishing))
+    return cut_down(
+        filming, reels, minutes, FrameTime(taken["update"], tracing, finishing, filming.traced_share(first))
+    )
 
 
 def _frame_seconds(filming: Filming, frame: Frame) -> dict[str, float]:
@@ -99,10 +103,10 @@ def cut_down(
         size = tuple(max(16, round(length * scale / 2) * 2) for length in filming.size)
         other = filming.variant((size[0], size[1]), fps, samples) if found else filming
         cut = reels(other)
-        missing, traced = other.missing(cut)
-        finishing, tracing = missing * frame_time.finishing, traced * frame_time.tracing / filming.samples
-        seconds = missing * frame_time.update + scale**2 * (finishing + tracing)
-        found.append(FittedFilm(other, cut, missing, seconds, found[0].whole if found else seconds))
+        work = other.missing(cut, frame_time.share)
+        finishing, tracing = work.finished * frame_time.finishing, work.samples * frame_time.tracing / filming.samples
+        seconds = work.pictures * frame_time.update + scale**2 * (finishing + tracing)
+        found.append(FittedFilm(other, cut, work.pictures, seconds, found[0].whole if found else seconds))
         if seconds <= 60 * minutes:
             break
     return found[-1]

@@ -20,11 +20,12 @@ from text2sim.recording.film_record import FilmRecord
 from text2sim.recording.run_files import read_measures
 from text2sim.rendering import tone
 from text2sim.rendering.backdrop import clearness, sky
-from text2sim.rendering.background import BACKGROUND_SAMPLES, Background, Sampled, background, references
+from text2sim.rendering.background import BACKGROUND_SAMPLES, COARSE, LIGHT_SAMPLES
 from text2sim.rendering.frames import Digests, remove_abandoned, save
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.resting import drawn_frames, held_samples
 from text2sim.rendering.scene import FilmStage, sensor
+from text2sim.rendering.standing import StandingCameras
 from text2sim.rendering.trace import QUALITIES, Quality, Traced, trace
 from text2sim.spec_schema.errors import RunError
 from text2sim.templates.cadence import MAIN, Frame, frames, reels
@@ -35,8 +36,8 @@ from text2sim.templates.video import Video
 Format = Literal["png", "exr"]
 MAX_SKIES = 8
 """Largest number of painted skies that are kept."""
-MAX_BACKGROUNDS = 24
-"""Largest number of backgrounds that are kept; each takes about 60 MB at 1280x720."""
+PROBE_SAMPLES = 1 + LIGHT_SAMPLES / COARSE**2
+"""Samples per pixel by which a moment is compared with a background."""
 ENCODER = {"draft": (18, "medium"), "final": (16, "slow")}
 """Constant rate factor and preset of the encoder, by quality."""
 
@@ -50,6 +51,18 @@ class FilmProgress:
     total: int
     seconds: dict[str, float]
     """Time [s] of the last picture by step; empty if it existed already."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """What there is to trace of films."""
+
+    pictures: int
+    """Number of pictures."""
+    finished: float
+    """Number of whole pictures that take as long to finish."""
+    samples: float
+    """Samples per pixel of all pictures together, with those of backgrounds."""
 
 
 @dataclass(frozen=True)
@@ -97,10 +110,12 @@ class Filming:
         self._digests = Digests(recording, self._how, self.size)
         self._drawn: dict[Frame, Frame] = {}
         self._samples: dict[Frame, int] = {}
-        self._references: dict[Frame, Frame] = {}
-        self._backgrounds: dict[tuple[Frame, int, int], Background] = {}
-        self._many: dict[Frame, Any] = {}
+        self._standing = self._standing_cameras()
         self._skies: dict[bytes, Any] = {}
+
+    def _standing_cameras(self) -> StandingCameras:
+        gain = self.recording.film["gain"]
+        return StandingCameras(lambda: self.stage, self._cameras, self.size, self._how, gain)
 
     @cached_property
     def stage(self) -> FilmStage:
@@ -128,7 +143,7 @@ class Filming:
         other = copy(self)
         other.size, other.fps, other._how, other._drawn = size, fps, replace(self._how, samples=samples), {}
         other._shutter = self._shutter * min(1.0, fps / self.fps)  # fewer pictures are no more blurred
-        other._samples, other._references, other._backgrounds, other._many = {}, {}, {}, {}
+        other._samples, other._standing = {}, other._standing_cameras()
         other._digests, other._skies = Digests(self.recording, other._how, size), {}
         return other
 
@@ -159,7 +174,7 @@ class Filming:
             drawn = drawn_frames(pictures, self.recording, self._cameras, self.size[1])
             self._drawn |= drawn
             self._samples |= {frame: held_samples(self.samples, k) for frame, k in Counter(drawn.values()).items()}
-            self._references |= references(drawn.values(), self._cameras, self.samples)
+            self._standing.add(drawn.values())
             if span is not None:
                 if not pictures[slice(*span)]:
                     raise RunError(
@@ -178,27 +193,45 @@ class Filming:
 
     def samples_of(self, frame: Frame) -> int:
         """Return the samples per pixel of a frame: more if it is held."""
-        return self._samples.get(self._drawn.get(frame, frame), self.samples)
+        return self._samples.get(self._shown(frame), self.samples)
 
     def has_background(self, frame: Frame) -> bool:
         """Return whether the frame shows a still background, see `background.py`."""
-        return self._drawn.get(frame, frame) in self._references
+        return self._shown(frame) in self._standing.references
 
-    def missing(self, reels: list[Reel]) -> tuple[int, int]:
-        """Return the number of frames to trace, and their samples per pixel altogether, with those of backgrounds."""
-        frames = {self.finished(frame): self._drawn.get(frame, frame) for reel in reels for frame in reel.frames}
+    def missing(self, reels: list[Reel], share: float = 1.0) -> Work:
+        """Return what there is to trace.
+
+        Args:
+            reels: The films.
+            share: Share of the picture that is traced where there is a background; see `traced_share`.
+        """
+        frames = {self.finished(frame): self._shown(frame) for reel in reels for frame in reel.frames}
         todo = [frame for path, frame in frames.items() if not path.is_file()]
-        few = {(self._references[frame], self.samples_of(frame)) for frame in todo if frame in self._references}
-        behind = BACKGROUND_SAMPLES * len({reference for reference, _ in few}) + sum(samples for _, samples in few)
-        return len(todo), sum(map(self.samples_of, todo)) + behind
+        samples = finished = 0.0
+        behind = set()
+        for frame in todo:
+            part = 1.0
+            if (reference := self._standing.references.get(frame)) is not None:
+                part = share
+                samples += PROBE_SAMPLES * len(frame.moments(self._how.blur))
+                behind.add((reference, self.samples_of(frame)))
+            samples += part * self.samples_of(frame)
+            finished += part
+        many = len({reference for reference, _ in behind})
+        samples += BACKGROUND_SAMPLES * many + sum(few for _, few in behind)
+        return Work(len(todo), finished + many + len(behind), samples)
+
+    def traced_share(self, reel: Reel) -> float:
+        """Return the share of the picture that differs from its background, from some frames of a film."""
+        return self._standing.share(map(self._shown, reel.frames))
 
     def trace(self, frame: Frame, *, with_background: bool = True) -> Traced:
-        """Trace one frame, with its still background if it has one; without, it is what a time is measured with."""
-        frame = self._drawn.get(frame, frame)
+        """Trace one frame, in front of its still background if it has one; times are measured without."""
+        frame = self._shown(frame)
         how = replace(self._how, samples=self.samples_of(frame))
         start = perf_counter()
-        reference = self._references.get(frame) if with_background else None
-        behind = None if reference is None else self._background(reference, how, len(frame.moments(how.blur)))
+        behind = self._standing.behind(frame, how.samples) if with_background else None
         behind_took = perf_counter() - start
         start = perf_counter()
         stage, moments, view = self.stage, [], None
@@ -212,27 +245,9 @@ class Filming:
             traced.behind, traced.haze = self._sky(view), stage.haze(view.pos)
         return traced
 
-    def _background(self, frame: Frame, how: Quality, moments: int) -> Background | None:
-        """Return what the camera of a frame sees at its time, as the mean of equal moments; None with clear liquids."""
-        key = frame, how.samples, moments
-        if key not in self._backgrounds:
-            moment = self.stage.at(frame.t, gloss=False)
-            seen = moment, sensor(self._cameras.view(frame.camera, frame.t, frame.part), self.size)
-            if moment.liquids is not None:
-                return None
-
-            def sampled(samples: int, count: int) -> Sampled:
-                found = trace([seen] * count, replace(how, samples=samples), self.recording.film["gain"]).sampled
-                assert found is not None, "without liquids"
-                return found
-
-            if len(self._backgrounds) >= MAX_BACKGROUNDS:
-                del self._backgrounds[next(iter(self._backgrounds))]
-                self._many.clear()
-            if frame not in self._many:
-                self._many[frame] = sampled(BACKGROUND_SAMPLES, 1).smooth
-            self._backgrounds[key] = background(sampled(how.samples, moments), self._many[frame])
-        return self._backgrounds[key]
+    def _shown(self, frame: Frame) -> Frame:
+        """Return the frame that is drawn for a frame."""
+        return self._drawn.get(frame, frame)
 
     def _sky(self, view: View) -> Any:
         """Return what is behind all surfaces; it is painted once for a camera that stands still."""
@@ -254,8 +269,8 @@ class Filming:
 
     def finished(self, frame: Frame, format: Format = "png") -> Path:
         """Return the path of a frame, which may not exist yet."""
-        drawn = self._drawn.get(frame, frame)
-        digest = self._digests(drawn, self.samples_of(drawn), self._references.get(drawn))
+        drawn = self._shown(frame)
+        digest = self._digests(drawn, self.samples_of(drawn), self._standing.references.get(drawn))
         return self.folder / "frames" / f"{digest}.{format}"
 
     def render(

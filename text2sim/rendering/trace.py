@@ -17,15 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, uniform_filter
 
-from text2sim.rendering.background import Background, Sampled, sharpened
+from text2sim.rendering.background import GUIDES, Background, Mask, crops, faded
 from text2sim.rendering.filters import passed
+from text2sim.rendering.partly import render
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.scene import FilmMoment
 from text2sim.rendering.water import through_liquids
 
 Array = NDArray[np.floating]
 
-GUIDES = "albedo:albedo,normal:sh_normal,depth:depth"
 GUIDE_SAMPLES, GUIDE_SAMPLES_BLURRED = 8, 16
 """Guide samples per pixel of a sharp picture, and over all moments of a blurred one, where they are less evenly
 distributed.
@@ -67,6 +67,20 @@ class Quality:
 QUALITIES = {"draft": Quality(8, 6, 4), "final": Quality(36, 8, 9), "still": Quality(144, 10, 9)}
 
 
+@dataclass(frozen=True)
+class Surfaces:
+    """A picture of surfaces alone, without what clear glass adds."""
+
+    noisy: Array
+    """Radiance, shape (h, w, 3)."""
+    smooth: Array
+    """Radiance denoised, shape (h, w, 3)."""
+    alpha: Array
+    """Coverage of each pixel, shape (h, w)."""
+    guides: Array
+    """Albedo, normal and depth, shape (h, w, 7)."""
+
+
 @dataclass
 class Traced:
     """A traced frame as radiance."""
@@ -83,12 +97,15 @@ class Traced:
     """Picture behind all surfaces, in sRGB; the background if None."""
     haze: float = 0.0
     """Distance from the camera at which endless ground fades [m]; 0 without haze."""
-    sampled: Sampled | None = None
-    """Surfaces alone, without what clear glass adds; None with clear liquids."""
+    surfaces: Surfaces | None = None
+    """Surfaces alone; None with clear liquids."""
 
 
 def trace(
-    moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: float, behind: Background | None = None
+    moments: Sequence[tuple[FilmMoment, Any]],
+    quality: Quality,
+    gain: float,
+    behind: tuple[Background, Mask] | None = None,
 ) -> Traced:
     """Trace a frame as the mean over several moments.
 
@@ -96,15 +113,16 @@ def trace(
         moments: Scene and sensor of each.
         quality: Sampling quality.
         gain: Factor that maps a lit white sheet to 1.
-        behind: Background of a standing camera, of as many moments and samples; None without one.
+        behind: Background of a standing camera, and the pixels (h, w) that differ from it; None to trace all. Not with
+            clear liquids.
     """
     mi = mitsuba()
     path: dict[str, Any] = {"type": "path", "max_depth": quality.depth, "rr_depth": ROULETTE, "hide_emitters": True}
     guide, coverage = mi.load_dict({"type": "aov", "aovs": GUIDES}), mi.load_dict(COVERAGE)
-    integrator = mi.load_dict(path)
+    integrator, wanted = mi.load_dict(path), None if behind is None else behind[1]
     # The moments of a motion-blurred frame share the samples of a sharp one.
-    wanted = GUIDE_SAMPLES if len(moments) == 1 else GUIDE_SAMPLES_BLURRED
-    samples, guiding = (ceil(total / len(moments)) for total in (quality.samples, wanted))
+    total = GUIDE_SAMPLES if len(moments) == 1 else GUIDE_SAMPLES_BLURRED
+    samples, guiding = (ceil(many / len(moments)) for many in (quality.samples, total))
     seconds = {"trace": 0.0, "guides": 0.0, "gloss": 0.0, "denoise": 0.0}
     pictures, guides, alphas, glosses, filters = _Mean(), _Mean(), _Mean(), _Mean(), _Mean()
     for k, (moment, sensor) in enumerate(moments):
@@ -114,41 +132,82 @@ def trace(
             seen = through_liquids(moment.liquids, integrator, mirror, moment.room, GLINT / gain)
             guiding_by = through_liquids(moment.liquids, guide)
         with _timed(seconds, "trace"):
-            rendered = mi.render(moment.solid, sensor=sensor, integrator=seen, spp=samples, seed=seed)
+            rendered = render(moment.solid, sensor, seen, samples, seed, wanted)
             # Coverage is last; only pictures with liquids have another channel before it.
-            there = pictures.add(np.array(rendered)[..., [0, 1, 2, -1]])[..., 3]
+            there = pictures.add(rendered[..., [0, 1, 2, -1]])[..., 3]
         with _timed(seconds, "guides"):
-            guided = mi.render(moment.solid, sensor=sensor, integrator=guiding_by, spp=guiding, seed=seed)
-            guides.add(np.array(guided)[..., -7:])
+            guides.add(render(moment.solid, sensor, guiding_by, guiding, seed, wanted)[..., -7:])
             if guiding > samples and there.min() < 1:  # edges before an empty background are noisy with few samples
-                more = mi.render(moment.solid, sensor=sensor, integrator=coverage, spp=guiding, seed=seed)
-                there = _edges(there, np.array(more)[..., 3])
+                more = render(moment.solid, sensor, coverage, guiding, seed, wanted)
+                there = _edges(there, more[..., 3])
             alphas.add(there)
         if moment.gloss is not None:
             with _timed(seconds, "gloss"):
                 glosses.add(mi.render(moment.gloss, sensor=sensor, integrator=integrator, spp=samples, seed=seed))
                 if moment.filters is not None:
                     # The mean of the depths of a pixel, where misses count as 0.
-                    depth = guides.last[..., -1] / np.maximum(there, 1e-3)
-                    filters.add(passed(moment.filters, sensor, depth))
+                    depth = guides.last[..., -1]
+                    if behind is not None:
+                        depth, there = (
+                            _put(depth, behind[0].guides[..., -1], wanted),
+                            _put(there, behind[0].alpha, wanted),
+                        )
+                    filters.add(passed(moment.filters, sensor, depth / np.maximum(there, 1e-3)))
     with _timed(seconds, "denoise"):
-        picture, seen = pictures.value, guides.value
-        radiance, alpha = _limited(undimmed(picture[..., :3], picture[..., -1]), gain), np.clip(alphas.value, 0, 1)
-        fast = quality.samples <= SAMPLES_OF_DRAFTS
-        smooth = _denoised(radiance, np.clip(seen[..., :3], 0, 1), seen[..., 3:6], fast=fast)
-        # Liquids bend rays after the first hit, so what is hit first does not tell what is seen.
-        clear = all(moment.liquids is None for moment, _ in moments)
-        sampled = Sampled(radiance, smooth, np.dstack([seen, alpha])) if clear else None
-        radiance = smooth if behind is None or sampled is None else sharpened(sampled, behind)
+        surfaces = _surfaces(pictures.value, guides.value, np.clip(alphas.value, 0, 1), quality, gain, behind)
+        radiance, alpha, seen = surfaces.smooth, surfaces.alpha, surfaces.guides
         if glosses.count:
             gloss = _limited(healed(glosses.value[..., :3]), gain)
-            gloss = dimmed(_denoised(gloss, fast=fast), gain)
+            gloss = dimmed(_denoised(gloss, fast=_is_draft(quality)), gain)
             through = filters.value if filters.count else np.ones(3)
             lit = radiance * alpha[..., None] * through + gloss
             alpha = 1 - (1 - alpha) * through.mean(axis=-1)
             alpha = np.maximum(alpha, np.clip(gloss.mean(axis=-1) * gain, 0, 1))
             radiance = undimmed(lit, alpha)
-    return Traced(radiance, alpha, seen[..., 6], seconds, sampled=sampled)
+    # Liquids bend rays after the first hit, so what is hit first does not tell what is seen.
+    clear = all(moment.liquids is None for moment, _ in moments)
+    return Traced(radiance, alpha, seen[..., 6], seconds, surfaces=surfaces if clear else None)
+
+
+def _surfaces(
+    picture: Array, guides: Array, alpha: Array, quality: Quality, gain: float, behind: tuple[Background, Mask] | None
+) -> Surfaces:
+    """Return a denoised picture of surfaces.
+
+    Args:
+        picture: Radiance, multiplied by coverage, and coverage, shape (h, w, 4).
+        guides: Albedo, normal and depth, shape (h, w, 7).
+        alpha: Coverage, shape (h, w).
+        quality: Sampling quality.
+        gain: Factor that maps a lit white sheet to 1.
+        behind: The background, and where it does not show.
+    """
+    fast = _is_draft(quality)
+    if behind is None:
+        noisy = _limited(undimmed(picture[..., :3], picture[..., -1]), gain)
+        smooth = _denoised(noisy, np.clip(guides[..., :3], 0, 1), guides[..., 3:6], fast=fast)
+        return Surfaces(noisy, smooth, alpha, guides)
+    background, wanted = behind
+    still = np.dstack([background.noisy * background.alpha[..., None], background.alpha])
+    picture, guides = _put(picture, still, wanted), _put(guides, background.guides, wanted)
+    alpha = _put(alpha, background.alpha, wanted)
+    noisy = _limited(undimmed(picture[..., :3], picture[..., -1]), gain)
+    smooth, weight = background.radiance.copy(), faded(wanted)[..., None]
+    for part in crops(wanted):
+        shown = _denoised(noisy[part], np.clip(guides[part][..., :3], 0, 1), guides[part][..., 3:6], fast=fast)
+        smooth[part] += weight[part] * (shown - smooth[part])
+    return Surfaces(noisy, smooth, alpha, guides)
+
+
+def _put(traced: Array, still: Array, wanted: Mask | None) -> Array:
+    """Return a picture with what was traced where it was wanted, and otherwise the background."""
+    if wanted is None:
+        return traced
+    return np.where(wanted if traced.ndim == wanted.ndim else wanted[..., None], traced, still)
+
+
+def _is_draft(quality: Quality) -> bool:
+    return quality.samples <= SAMPLES_OF_DRAFTS
 
 
 def _edges(few: Array, many: Array) -> Array:
