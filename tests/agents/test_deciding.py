@@ -93,6 +93,24 @@ def test_a_warning_that_is_meant_is_not_told_again_whatever_the_camera_is_called
     assert len(letters) == 4, "what a case had before is nobody's to mend"
 
 
+def test_what_a_writer_refers_to_the_planner_is_told_before_the_run(tmp_path: Path) -> None:
+    made = quiet_loop(tmp_path)
+    made.workshop.agreement = agreed()[0]
+    made.agreement.plan.keeps = ["low"]
+    said, told = "The Writer of scene says: the mat is too thin, set `mat_t` to 0.03", list[list[str]]()
+    made.workshop.fix_sections = lambda text, *rest: (text, {"plan": [said]})  # type: ignore
+    give_up = Decision(action="give_up", why="x")
+    made.deciding.decide = lambda attempt, report, **more: (told.append([*made.workshop.referred]), give_up)[1]  # type: ignore
+    made.workshop.referred = ["an older matter, which waits"]
+    examined = examine(CASE, made.path)
+    made._considered(Attempt(1, CASE, "x"), examined)
+    assert told == [], "nothing was referred"
+    thin = Problem("/scene/mpm/cell", "1.3 cells thick", 1, 1, rule="thin-soft-body", severity="warning")
+    examined.warnings = [thin]
+    made._considered(Attempt(1, CASE, "x"), examined)
+    assert told == [["an older matter, which waits", said]]
+
+
 @pytest.mark.parametrize("keeps", [[], ["low"]])
 def test_what_must_not_move_may_be_measured(tmp_path: Path, keeps: list[str]) -> None:
     made = quiet_loop(tmp_path)

@@ -305,6 +305,21 @@ def test_turns_of_a_free_body_add_up(new_run, measure):
     assert turned.unit == ""
 
 
+def test_turns_are_those_of_the_poses_where_velocities_are_not(new_run, measure):
+    """What squeezes a body may slow it at the end of each step; it spins fast enough for a turn between pictures, too."""
+    run = new_run(duration=2.0)
+    period = run.time[1] - run.time[0]
+    for name, rate in (("slow", 3.0), ("fast", 0.9 * 2 * np.pi / period)):
+        for axis, letter in (([0, 0, 1.0], "z"), ([0, 1.0, 0], "y")):
+            quat = turn(rate * run.time, axis)
+            run.add_link(f"{name}_{letter}", quat=quat, ang=np.outer(0.985 * rate * np.ones_like(run.time), axis))
+    folder = run.write()
+    for name, rate in (("slow", 3.0), ("fast", 0.9 * 2 * np.pi / period)):
+        for letter in "zy":
+            turned = measure(folder, kind="turns", of=f"{name}_{letter}", axis=letter, frame="body")
+            np.testing.assert_allclose(turned.values, rate * run.time / (2 * np.pi), atol=1e-4)
+
+
 def test_angular_momentum_of_a_dumbbell(new_run, measure):
     run = new_run()
     # Two masses at +-r about an axis through a centre that drifts: L = 2 m r^2 w about it, whatever the drift.

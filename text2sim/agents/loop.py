@@ -276,11 +276,14 @@ class AgentLoop:
 
     def _considered(self, attempt: Attempt, examined: Examination) -> Examination:
         """Have warnings fixed and doubts resolved; estimates of the duration are ignored after a first run."""
-        known = {DURATION_RULE} if self.history.timed else set()
-        return self._settle_doubts(attempt, *self.mending.consider_warnings(attempt, examined, known))
+        known, waiting = {DURATION_RULE} if self.history.timed else set(), [*self.workshop.referred]
+        examined, doubts = self.mending.consider_warnings(attempt, examined, known)
+        return self._settle_doubts(attempt, examined, doubts, referred=self.workshop.referred != waiting)
 
-    def _settle_doubts(self, attempt: Attempt, examined: Examination, doubts: list[str]) -> Examination:
-        """Ask the Planner once, before the run, about problems of the expectations themselves."""
+    def _settle_doubts(
+        self, attempt: Attempt, examined: Examination, doubts: list[str], *, referred: bool = False
+    ) -> Examination:
+        """Ask the Planner once, before the run, about problems of the expectations, and what Writers refer to it."""
         assert examined.loaded is not None
         left = self.limits.minutes_left()
         if left is not None and left < UNASKED_MINUTES and not self.history.timed:
@@ -290,9 +293,9 @@ class AgentLoop:
         fresh = {name: row for name, row in held.items() if ("held-at-start", name) not in self._known_doubts}
         self._known_doubts |= {("held-at-start", name) for name in fresh}
         doubts = [*doubts, *fresh.values(), *self._expensive_run(attempt, examined)]
-        if not doubts:
+        if not doubts and not referred:
             return examined
-        self.emit("doubted", number=attempt.number, doubts=doubts[:20])
+        self.emit("doubted", number=attempt.number, doubts=[*self.workshop.referred, *doubts][:20])
         rules = frozenset(problem.rule for problem in examined.warnings)
         decision = self.deciding.decide(attempt, AttemptReport(doubts=doubts, rules=rules), before_run=True)
         if decision.action == "give_up":

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from text2sim.evidence import contact_measures, soft_measures, threading
 from text2sim.evidence.deformation import DeformationError
@@ -185,10 +186,30 @@ def _angular_velocity(recording: RecordedCase, measure: Any, target: RecordedTar
 
 
 def _count_turns(recording: RecordedCase, measure: measures.Turns, target: RecordedTarget) -> Array:
-    """Integral of w . a dt over 2 pi, by the trapezoidal rule; w is the engine's, so no turn is missed."""
-    rate = _angular_velocity(recording, measure, target)
-    steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(recording.states.time)
-    return np.concatenate([[0.0], np.cumsum(steps)])[: len(rate)] / (2.0 * np.pi)
+    """Sum of the rotations between recorded poses, about the axis, over 2 pi.
+
+    A rotation is known up to whole turns, which the engine's angular velocity decides. Its integral alone would drift:
+    what a body is in contact with can change its velocity within every step.
+    """
+    _needs_frame(target, measure.kind)
+    states = recording.states
+    quat, rate = (rows[:, target.root].astype(float) for rows in (states.quat, states.ang))
+    if len(quat) < 2:
+        return np.zeros(len(quat))
+    turned = Rotation.from_quat(quat, scalar_first=True)
+    if measure.frame == "body":
+        rate = rotate_back(quat, rate)
+        between = (turned[:-1].inv() * turned[1:]).as_rotvec()
+    else:
+        between = (turned[1:] * turned[:-1].inv()).as_rotvec()
+    angle = np.linalg.norm(between, axis=1, keepdims=True)
+    about = between / np.maximum(angle, 1e-12)
+    integral = 0.5 * (rate[1:] + rate[:-1]) * np.diff(states.time)[:, None]
+    # Without any rotation left over, whole turns are about the axis of the velocity.
+    about = np.where(angle > 1e-6, about, integral / np.maximum(np.linalg.norm(integral, axis=1, keepdims=True), 1e-12))
+    whole = np.round(((integral * about).sum(axis=1, keepdims=True) - angle) / (2.0 * np.pi))
+    steps = (between + 2.0 * np.pi * whole * about)[:, _COLUMN[measure.axis]]
+    return np.concatenate([[0.0], np.cumsum(steps)]) / (2.0 * np.pi)
 
 
 def _displacement(recording: RecordedCase, measure: measures.Displacement, target: RecordedTarget) -> Array:

@@ -161,7 +161,7 @@ class Orbit(_Framing):
     look_at: Target | None = None
     """Centre of the circle and target; with `frame` instead, the centre of its bodies."""
     radius: Positive | None = None
-    """Radius [m]. With `frame`, radius and height may be left out: then the circle is as small as possible."""
+    """Radius [m]. With `frame` leave out both radius and height: then the circle is as small as possible."""
     height: Real | None = None
     """Height [m] above the centre."""
     start_deg: Real = -90.0

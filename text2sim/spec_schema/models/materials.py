@@ -43,8 +43,8 @@ class Material(Model):
     """Coefficient of restitution (speed after over speed before) between two bodies of this material, or between one
     and a static that has none. It requires a short time step. Between unequal bodies the damping ratio is the mean."""
     touch_soft: Bool = True
-    """Whether soft bodies, cloth, grains and liquids collide with it; false for a hook or rod that only holds them,
-    or for a link that only guides others."""
+    """Whether cloth, grains, liquids and soft bodies (but `fem`) collide with it; false for a hook or rod that only
+    holds them, or for a link that only guides others."""
     soft_reach: Length | None = None
     """Distance [m] outside its surface at which `mpm` bodies begin to feel it, for a whole body, not a link. By default
     a quarter of a cell in a scene with a liquid; otherwise 0.002, or an eighth of a cell if that is less. About one
@@ -135,7 +135,7 @@ class Pattern(Model):
     color: ColorName | None = None
     """Colour of joints, tape, stripes or pips; by default derived from that of the body."""
     turned: Bool = False
-    """Rotate the pattern by 90 degrees: boards and stripes run along the longest side."""
+    """Rotate the pattern by 90 degrees. Otherwise boards and stripes run along the longest side."""
 
 
 class Label(Model):

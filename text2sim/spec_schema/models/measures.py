@@ -124,7 +124,7 @@ class AngularVelocity(_Turning):
 class Turns(_Turning):
     """Signed number of turns about an axis since the start.
 
-    0.5 is half a turn. It is the integral of `angular_velocity`: whole turns add up, for a free body too.
+    0.5 is half a turn. Rotations from picture to picture add up, for a free body too.
     """
 
     kind: Literal["turns"]
