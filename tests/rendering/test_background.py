@@ -6,11 +6,11 @@ from filmed import MakeRun
 
 from text2sim.recording.film_record import read_recording
 from text2sim.rendering.background import (
-    BACKGROUND_SAMPLES,
     COARSE,
     FINISHING_SAMPLES,
     WORTH,
     Probe,
+    background_samples,
     changed,
     crops,
     faded,
@@ -72,10 +72,11 @@ def test_what_a_standing_camera_sees_is_traced_once_if_there_are_enough_pictures
     run = make_run({"box": BOX}, fps=50.0)
     film = Filming(read_recording(run), samples=4)
     reels = film.reels()
-    assert len(reels[0].frames) * (4 + FINISHING_SAMPLES) >= WORTH * BACKGROUND_SAMPLES
+    assert len(reels[0].frames) * (4 + FINISHING_SAMPLES) >= WORTH * background_samples(4)
     assert set(film._standing.references.values()) == {reels[0].frames[len(reels[0].frames) // 2]}
-    assert film.missing(reels) == Work(20, 20 + 2, 20 * (4 + PROBE_SAMPLES) + BACKGROUND_SAMPLES + 4)
-    assert film.missing(reels, 0.25) == Work(20, 5 + 2, 20 * (1 + PROBE_SAMPLES) + BACKGROUND_SAMPLES + 4)
+    assert film.missing(reels) == Work(20, 20 + 2, 20 * (4 + PROBE_SAMPLES) + 36 + 4)
+    assert film.missing(reels, 0.25) == Work(20, 5 + 2, 20 * (1 + PROBE_SAMPLES) + 36 + 4)
+    assert [background_samples(samples) for samples in (2, 8, 36)] == [36, 36, 144]
     short = Filming(read_recording(make_run({"box": BOX}, "short", fps=25.0)), samples=2)
     assert short.missing(short.reels()) == Work(10, 10, 10 * 2)
 

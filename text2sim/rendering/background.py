@@ -23,10 +23,12 @@ from text2sim.templates.cameras import Cameras
 Array = NDArray[np.floating]
 Mask = NDArray[np.bool_]
 
-BACKGROUND_SAMPLES = 36
-"""Samples per pixel of the moment that others are compared with."""
+LEAST_SAMPLES, TIMES_SAMPLES = 36, 4
+"""Samples per pixel of the moment that others are compared with: at least so many, and so many times theirs."""
+MOST_SAMPLES = 36
+"""Samples per pixel above which pictures have no background: of such there are few."""
 WORTH = 1.5
-"""Least samples of all pictures of a standing camera, as a multiple of BACKGROUND_SAMPLES, for which it is traced."""
+"""Least samples of all pictures of a standing camera, as a multiple of the background's, for which it is traced."""
 FINISHING_SAMPLES = 2
 """Samples per pixel that take as long as guides and denoising of a picture."""
 GUIDES = "albedo:albedo,normal:sh_normal,depth:depth"
@@ -73,6 +75,11 @@ class Background:
     guides: Array
     """Albedo, normal and depth, shape (h, w, 7)."""
     probe: Probe
+
+
+def background_samples(samples: int) -> int:
+    """Return the samples per pixel of the background of pictures with a number of samples."""
+    return max(LEAST_SAMPLES, TIMES_SAMPLES * samples)
 
 
 def probe(scene: Any, sensor: Any, coarse_sensor: Any, depth: int, seed: int) -> Probe:
@@ -138,14 +145,14 @@ def references(pictures: Iterable[Frame], cameras: Cameras, samples: int) -> dic
         cameras: Their cameras.
         samples: Samples per pixel.
     """
-    if 2 * samples > BACKGROUND_SAMPLES:
+    if samples > MOST_SAMPLES:
         return {}
     seen = defaultdict[bytes, list[Frame]](list)
     for frame in dict.fromkeys(pictures):
         views = [np.hstack(cameras.view(frame.camera, t, part)).tobytes() for t, part in frame.moments(2)]
         if len(set(views)) == 1:
             seen[views[0]].append(frame)
-    least = WORTH * BACKGROUND_SAMPLES
+    least = WORTH * background_samples(samples)
     worth = [some for some in seen.values() if len(some) * (samples + FINISHING_SAMPLES) >= least]
     return {frame: some[len(some) // 2] for some in worth for frame in some}
 

@@ -20,7 +20,7 @@ from text2sim.recording.film_record import FilmRecord
 from text2sim.recording.run_files import read_measures
 from text2sim.rendering import tone
 from text2sim.rendering.backdrop import clearness, sky
-from text2sim.rendering.background import BACKGROUND_SAMPLES, COARSE, LIGHT_SAMPLES
+from text2sim.rendering.background import COARSE, LIGHT_SAMPLES, background_samples
 from text2sim.rendering.frames import Digests, remove_abandoned, save
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.resting import drawn_frames, held_samples
@@ -219,7 +219,7 @@ class Filming:
             samples += part * self.samples_of(frame)
             finished += part
         many = len({reference for reference, _ in behind})
-        samples += BACKGROUND_SAMPLES * many + sum(few for _, few in behind)
+        samples += background_samples(self.samples) * many + sum(few for _, few in behind)
         return Work(len(todo), finished + many + len(behind), samples)
 
     def traced_share(self, reel: Reel) -> float:

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from text2sim.rendering.background import (
-    BACKGROUND_SAMPLES,
     Background,
     Mask,
     Probe,
+    background_samples,
     changed,
     coarse_size,
     probe,
@@ -91,7 +91,7 @@ class StandingCameras:
             if alike is not None:
                 found = replace(alike, noisy=noisy)
             else:
-                many = traced(BACKGROUND_SAMPLES)
+                many = traced(background_samples(self._how.samples))
                 found = Background(many.smooth, noisy, many.alpha, many.guides, self._probe(frame))
         self._backgrounds[frame, samples] = found
         return found
