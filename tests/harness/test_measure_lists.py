@@ -74,3 +74,18 @@ def test_copies_and_links_in_a_list_count_once(new_run, measure):
     assert measure(folder, of=["brick[1]", "brick[0:2]", "brick"], **number).values[0] == 3
     assert "arm, brick means 4 bodies" in measure(folder, of=["arm", "brick"], kind="speed", bodies=bodies).problem
     assert "3 copies" in measure(folder, of=["brick", "brick[7]"], **number).problem
+
+
+def test_contacts_within_a_body_count_where_its_links_are_named(new_run, measure):
+    run = new_run(duration=0.1)
+    floor = run.add_link("floor", fixed=True, mass=1e9)
+    links = [run.add_link("cord", link=name) for name in ("link_1", "link_2", "link_3")]
+    for pair in ((floor, links[0]), (floor, links[1]), (links[0], links[2]), (links[1], links[2])):
+        run.touch(*pair, range(1, 11), (0, 0, 1.0))
+    folder = run.write()
+    count = {"kind": "contact_count", "bodies": ("cord",)}
+    strands = measure(folder, of=["cord.link_*"], by=["cord.link_*"], **count)
+    assert (strands.problem, strands.values[-1]) == ("", 2), "the cord lies on itself in two places"
+    assert measure(folder, of="cord", **count).values[-1] == 1, "a body touches one other, the floor"
+    assert measure(folder, of=["cord.link_*"], **count).values[-1] == 1
+    assert measure(folder, of=["cord.link_*"], by=["floor"], **count).values[-1] == 1

@@ -56,12 +56,18 @@ def _contact_force(recording: RecordedCase, measure: measures.ContactForce) -> A
 
 
 def _contact_count(recording: RecordedCase, measure: measures.ContactCount) -> Array:
-    """Number of distinct pairs of bodies that touch in any step of a frame."""
-    rows, _ = _contact_rows(recording, *_sides(recording, measure))
+    """Number of distinct pairs of bodies that touch in any step of a frame; of a body's links, if both sides are links."""
+    of, by = _sides(recording, measure)
+    rows, _ = _contact_rows(recording, of, by)
     frame, owner = _frames_with_first(recording, rows)
-    pairs = np.sort(recording.names.copy_of_link[recording.contacts.links[owner]], axis=1)
+    links, names = recording.contacts.links[owner], recording.names
+    pairs = names.copy_of_link[links]
+    if by is not None and all(target.link is not None for target in (*of, *by)):
+        own = pairs[:, 0] == pairs[:, 1]
+        pairs[own] = len(names.copies) + links[own]  # numbers after those of the copies
+    pairs.sort(axis=1)
     apart = pairs[:, 0] != pairs[:, 1]
-    n = len(recording.names.copies)
+    n = len(names.copies) + len(names.copy_of_link)
     # One integer per pair and frame, because sorting rows is slow.
     found = np.unique(((frame * n + pairs[:, 0]) * n + pairs[:, 1])[apart]) // (n * n)
     return np.bincount(found, minlength=recording.states.frames)
