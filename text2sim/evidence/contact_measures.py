@@ -56,7 +56,7 @@ def _contact_force(recording: RecordedCase, measure: measures.ContactForce) -> A
 
 
 def _contact_count(recording: RecordedCase, measure: measures.ContactCount) -> Array:
-    """Number of distinct pairs of bodies that touch in any step of a frame; of a body's links, if both sides are links."""
+    """Number of distinct pairs of bodies that touch in any step of a frame; of a body's links, if links are meant."""
     of, by = _sides(recording, measure)
     rows, _ = _contact_rows(recording, of, by)
     frame, owner = _frames_with_first(recording, rows)
