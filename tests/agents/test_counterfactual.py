@@ -120,9 +120,13 @@ def test_what_was_stopped_is_not_kept(tmp_path: Path, monkeypatch: pytest.Monkey
     assert TITLE not in attempt.evidence
 
 
-@pytest.mark.parametrize(("wall", "now", "runs"), [(200.0, 30.0, 0), (100.0, 30.0, 1), (200.0, None, 1)])
+@pytest.mark.parametrize(
+    ("wall", "slowest", "now", "runs"),
+    [(200.0, 0.0, 30.0, 0), (100.0, 100.0, 30.0, 1), (3.0, 200.0, 30.0, 0), (200.0, 200.0, None, 1)],
+    ids=["slow", "quick", "only filmed again", "no clock"],
+)
 def test_a_run_that_would_take_too_much_of_the_time_left_is_not_repeated(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wall: float, now: float | None, runs: int
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wall: float, slowest: float, now: float | None, runs: int
 ) -> None:
     seen: list[Any] = []
     done = SimpleNamespace(stopped=False, state="finished", expectations={})
@@ -132,7 +136,7 @@ def test_a_run_that_would_take_too_much_of_the_time_left_is_not_repeated(
         Attempt(1, TEXT, "x", wall=wall, took=250.0),
         plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]}),
     )
-    Attempts(tmp_path).rerun_without_causes(attempt, made, 1.0, lambda progress: None, now)
+    Attempts(tmp_path).rerun_without_causes(attempt, made, 1.0, lambda progress: None, now, slowest)
     assert len(seen) == runs
     assert attempt.took == 250 + 90 * runs, "the next letter waits for it, too"
     assert ("not run without its causes, since a run takes 3 min" in attempt.evidence) == (not runs)

@@ -232,6 +232,7 @@ class Attempts:
         timeout: float,
         on_progress: Callable[[Any], None],
         now: float | None = None,
+        slowest: float = 0.0,
     ) -> None:
         """Rerun a successful attempt without each of its causes, and add the effects to its evidence.
 
@@ -241,6 +242,7 @@ class Attempts:
             timeout: Limit of each run [s].
             on_progress: Callback for the progress of each run.
             now: Minutes left by the clock; None without a limit.
+            slowest: Wall time of the slowest earlier run [s]; an attempt that was only filmed again tells of none.
 
         Raises:
             KeyboardInterrupt: If the user stopped one of these runs.
@@ -251,9 +253,9 @@ class Attempts:
             return result.state, result.expectations
 
         if plan.causes and TITLE not in attempt.evidence:
-            begun = monotonic()
-            if now is not None and attempt.wall > MAX_REPEAT_SHARE * 60 * now:
-                facts = [untried_causes(plan, attempt.wall)]
+            begun, seconds = monotonic(), max(attempt.wall, slowest)
+            if now is not None and seconds > MAX_REPEAT_SHARE * 60 * now:
+                facts = [untried_causes(plan, seconds)]
             else:
                 facts = compare_causes(plan, attempt.text, self.case / "case.yaml", simulate)
             attempt.evidence = f"{attempt.evidence}\n\n{causes_text(facts)}"

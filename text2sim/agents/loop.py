@@ -250,8 +250,10 @@ class AgentLoop:
             return AttemptReport(problems=problems, rules=rules)
         self.attempts.record_facts(attempt, self.agreement.plan, examined.loaded)
         if attempt.sound(()):
-            now = self.limits.minutes_left()
-            self.attempts.rerun_without_causes(attempt, self.agreement.plan, self.limits.timeout(), self.progress, now)
+            now, slowest = self.limits.minutes_left(), max((one.wall for one in self.history.made), default=0.0)
+            self.attempts.rerun_without_causes(
+                attempt, self.agreement.plan, self.limits.timeout(), self.progress, now, slowest
+            )
         report = AttemptReport(evidence=with_effects(self.history.made), rules=rules)
         if attempt.state == "finished" or attempt.pictures:
             report.critique = self._judge(attempt, report.evidence, contract)

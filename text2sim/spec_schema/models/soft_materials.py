@@ -88,7 +88,7 @@ class ClothMaterial(Model):
     default 0, as if a pump kept it. Sealed air has 1e5, and needs short steps."""
     damping: NonNegative | None = None
     """With solver pbd: rate c [1/s] of its internal friction, by default 0: it sways and flutters with an amplitude
-    that falls as `exp(-c t / 2)`. 5 ends it within a second. Its motion as a whole is not damped."""
+    that falls as `exp(-c t / 2)`. 5 ends it within a second, and folds close as slowly. Its fall is not damped."""
     air_resistance: NonNegative | None = None
     """With solver pbd: coefficient c [kg/m] of the drag `c |v| v` of still air on each point; by default `cell^2 / 4`,
     as of air. A sheet with n points, `(size / cell + 1)` along each side, lets a mass m sink at `sqrt(m g / (n c))`, as
