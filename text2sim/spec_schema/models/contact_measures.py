@@ -30,7 +30,7 @@ class ContactCount(Measured):
     of: Selectors
     """A body or its copies, or parts, which all count as their body."""
     by: Selectors | None = None
-    """The other body; any by default. Links of one body on both sides (`cord.link_*`) count as pairs of links."""
+    """The other body; any by default. With links on both sides (`cord.link_*`) pairs of links."""
 
 
 class Penetration(Measured):
