@@ -115,6 +115,8 @@ SIX = (
 
 FOUR = ("gel_between_rollers", "paper_strip_snap", "sheets_into_groove", "snowball_wall")
 
+SEVEN = ("cantilever_bars", "cord_plectoneme", "foam_pie_slide", "mat_twist")
+
 THREE = ("dam_break_posts", "sleeve_pushed_up", "tofu_wires")
 
 FIVE = ("bread_torn", "buoyant_blocks", "hat_onto_rack", "ribbon_knot", "tablecloths_compared")
@@ -130,21 +132,22 @@ def mark(prompt, method, kind):
 def test_differences_over_parts_and_all_prompts_are_those_of_the_page():
     everything = sorted({row["prompt"] for row in ROWS} | {*IN_THREE_ARMS})
     filmed = [prompt for prompt in everything if [prompt, METHODS[1]] not in NO_FILM]
-    assert (len(everything), len(filmed)) == (38, 36)
-    eleven = [prompt for prompt in everything if prompt not in (*IN_THREE_ARMS, *SIX, *FIVE, *THREE, *FOUR)]
+    assert (len(everything), len(filmed)) == (42, 40)
+    eleven = [prompt for prompt in everything if prompt not in (*IN_THREE_ARMS, *SIX, *FIVE, *THREE, *FOUR, *SEVEN)]
     for prompts, label in (
         (eleven, "first series | 11"),
         (SIX, "third series | 6"),
         (FIVE, "fourth series | 5"),
         (THREE, "fifth series | 3"),
         (FOUR, "sixth series | 4"),
-        (everything, "all | 38"),
-        (filmed, "all for which the agent had a film | 36"),
+        (SEVEN, "seventh series | 4"),
+        (everything, "all | 42"),
+        (filmed, "all for which the agent had a film | 40"),
     ):
         found = [estimate([mark(p, METHODS[0], k) - mark(p, METHODS[1], k) for p in prompts]) for k in KINDS]
         cells = [f"{x.mean:+.1f} [{x.low:+.1f}, {x.high:+.1f}]".replace("-", "−") for x in found]
         assert f"| {label} | {' | '.join(cells)} |" in PAGE
-    for prompts, name in ((SIX, "six"), (FIVE, "five"), (THREE, "three"), (FOUR, "four")):
+    for prompts, name in ((SIX, "six"), (FIVE, "five"), (THREE, "three"), (FOUR, "four"), (SEVEN, "last")):
         means = [mean(mark(p, method, k) for p in prompts) for method in METHODS for k in KINDS]
         assert f"| mean of the {name} | {' | '.join(f'{cell:.1f}' for cell in means)} |" in PAGE
     ahead = [sum(mark(p, METHODS[0], k) > mark(p, METHODS[1], k) for p in everything) for k in KINDS]
