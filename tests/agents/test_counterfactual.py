@@ -40,6 +40,18 @@ def test_pairs_of_friction_go_with_their_bodies() -> None:
     assert case_without(case, ["ball"])["scene"]["contact"]["pairs"] == {}
 
 
+def test_what_a_repeat_makes_goes_with_its_cause_and_a_namesake_stays() -> None:
+    case = data_of(TEXT)
+    case["actions"]["controls"] = {
+        "hold": {"kind": "attach", "body": "ball", "to": "world", "repeat": 2},
+        "let_go": {"kind": "release", "attach": "hold_${k}", "at": 0.1, "repeat": 2},
+        "early": {"kind": "release", "attach": "hold_1", "at": 0.05},
+        "tin_1": {"kind": "attach", "body": "tin", "to": "world"},
+        "tin_free": {"kind": "release", "attach": "tin_1", "at": 0.2},
+    }
+    assert list(case_without(case, ["ball"])["actions"]["controls"]) == ["tin_1", "tin_free"]
+
+
 def test_an_effect_that_comes_without_its_cause_is_said() -> None:
     made = plan(meets={"knocked": ["strikes", "pushed"]}, causes={"knocked": ["ball"]})
     seen: list[Any] = []

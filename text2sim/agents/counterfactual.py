@@ -2,6 +2,7 @@
 
 import copy
 import json
+import re
 from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -26,16 +27,18 @@ CAUSE_VERDICTS: dict[bool | None, str] = {
 }
 """Verdict on a cause, by whether the effect's expectation came true in a finished run without it."""
 Found = Mapping[str, Mapping[str, Any]]
+_NUMBER = re.compile(r"_(\d+|\$\{.*\})$")
 
 
 def case_without(case: Data, names: Collection[str]) -> Data:
     """Return a case without its film, and without the named bodies, statics and controls and all references to them."""
     left = {key: row for key, row in copy.deepcopy(case).items() if key not in ("render", "variants", "sweeps")}
     scene, actions = left.get("scene") or {}, left.get("actions") or {}
+    several = {name for part in PARTS for name, row in (actions.get(part) or {}).items() if "repeat" in row}
     for rows in (left.get("bodies") or {}, scene.get("statics") or {}, actions.get("controls") or {}):
         for name in names:
             rows.pop(name, None)
-    gone = set(names)
+    gone = {*names, *(f"{name}_*" for name in several.intersection(names))}
     pairs = (scene.get("contact") or {}).get("pairs") or {}
     for name in [name for name, row in pairs.items() if _refers(row, gone)]:
         del pairs[name]
@@ -47,7 +50,7 @@ def case_without(case: Data, names: Collection[str]) -> Data:
     ]:
         for part, name in lost:
             del actions[part][name]
-            gone.add(name)
+            gone |= {name, f"{name}_*"} if name in several else {name}
     return left
 
 
@@ -58,9 +61,9 @@ def _waits_in_vain(row: Mapping[str, Any], actions: Mapping[str, Any]) -> bool:
 
 
 def _refers(row: Any, names: Collection[str]) -> bool:
-    """Whether an entry refers to one of these names, in any field but its kind."""
+    """Whether an entry refers to one of these names, `hold_*` being all that a `repeat` makes of `hold`."""
     if isinstance(row, str):
-        return body_of(row) in names
+        return body_of(row) in names or _NUMBER.sub("_*", row) in names
     if isinstance(row, Mapping):
         return any(_refers(value, names) for key, value in row.items() if key != "kind")
     return isinstance(row, list) and any(_refers(value, names) for value in row)
