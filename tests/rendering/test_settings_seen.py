@@ -225,6 +225,14 @@ def test_what_stands_or_leans_or_holds_on_to_something_gets_none():
     assert posts([stands], 0.0, []) is None
     peg = box((0.05, 0.3, 0.05), (0, -0.59, 0.5))
     assert posts([stands, peg], 0.0, []) is None, "it holds on to what stands"
+    chute, post, low = (
+        box((0.5, 0.05, 0.02), (0, 0, 0.8)),
+        box((0.1, 0.1, 0.4), (0.5, 0, 0.4)),
+        box((0.1, 0.1, 0.1), (0.5, 0, 0.1)),
+    )
+    assert posts([chute, post], 0.0, []) is None, "a bracket on a post"
+    ramp = box((0.5, 0.1, 0.02), (0, 0, 0.35), 0.5)
+    assert posts([ramp, low], 0.0, []) is not None, "what stands at its foot does not hold its upper end"
 
 
 def test_the_fixed_base_of_a_mechanism_gets_posts_beside_what_moves_on_it(make_run: MakeRun) -> None:

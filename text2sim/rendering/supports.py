@@ -1,8 +1,8 @@
 """Supports of statics, and of bases of mechanisms, that hang in the air: thin posts, which are only drawn.
 
-Touching ones form a group. A group needs posts if its centre is not above its footprint on the floor. Posts stand
-under the corners of its largest part, where nothing passes during the recording, and out of the near half of all views;
-if half of them would be in the way, rods hold it from above.
+Touching ones form a group. A group needs posts if its centre is not above its footprint on the floor, and no part of it
+that stands by itself reaches up to that height. Posts stand under the corners of its largest part, where nothing passes
+during the recording, and out of the near half of all views; if half of them would be in the way, rods hold it from above.
 """
 
 from collections.abc import Collection
@@ -134,7 +134,7 @@ def posts(things: list[StaticBody], level: float, moving: list[tuple[Array, Arra
     """
     supports = []
     for group in _groups(things):
-        if any(thing.is_ground for thing in group) or _is_steady(group, level):
+        if any(thing.is_ground for thing in group) or _is_steady(group, level) or _is_held(group, level):
             continue
         largest = max(group, key=lambda thing: float(np.prod((thing.high - thing.low)[:2])))
         below, wanted = _posts_below(largest, level, things, moving)
@@ -193,6 +193,17 @@ def _is_steady(group: list[StaticBody], level: float) -> bool:
     directions = np.stack([np.cos(turns), np.sin(turns)])
     on, at = standing @ directions, middle @ directions
     return bool(((at >= on.min(axis=0) - STEADY * size) & (at <= on.max(axis=0) + STEADY * size)).all())
+
+
+def _is_held(group: list[StaticBody], level: float) -> bool:
+    """Return whether what stands by itself in a group reaches up to the middle of the largest of the rest."""
+    standing, rest = [], []
+    for thing in group:
+        (standing if _is_steady([thing], level) else rest).append(thing)
+    if not standing or not rest:
+        return False
+    largest = max(rest, key=lambda thing: thing.size)
+    return max(float(thing.high[2]) for thing in standing) >= float(largest.low[2] + largest.high[2]) / 2
 
 
 def _posts_below(
