@@ -208,6 +208,22 @@ def test_what_a_plan_says_in_passing_brings_no_pages() -> None:
     assert "ice: {between" in writer_pages("scene", slippery), "friction of a pair belongs to the scene"
 
 
+def test_everyday_words_and_planned_events_bring_the_controls_that_they_mean() -> None:
+    posts = PlannedBody(kind="static", shape="box", what="two uprights that reach the ground")
+    agreed = PLAN.model_copy(
+        update={
+            "bodies": PLAN.bodies | {"post": posts},
+            "briefs": {"actions": "Two balls are tied to the beam and let go in turn."},
+        }
+    )
+    pages = writer_pages("actions", agreed)
+    assert "- `attach`:" in pages
+    assert "- `release`:" in pages
+    assert "- `reach`:" not in pages, "a post reaches the ground"
+    checks = agreed.checks.model_copy(update={"events": {"cleared": {"kind": "removed", "remove": "clear"}}})
+    assert "- `remove`:" in writer_pages("actions", agreed.model_copy(update={"checks": checks}))
+
+
 def test_a_mending_letter_has_the_pages_that_its_problems_name(tmp_path: Path) -> None:
     model = Scripted({"bodies": [fenced("patch: []")]})
     problems = ["/bodies/ball/mount: a ring of soft cloth would fit in a box or on a cone; give it a `hinge` [x]"]

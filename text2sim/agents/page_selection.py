@@ -48,6 +48,13 @@ KINDS_BY_PAGE: dict[str, frozenset[str]] = {
 DEFORMABLE_KINDS = MPM | {"cloth"}
 FIELD_CONTROLS = frozenset({"wind", "airflow", "drag", "attraction", "vortex", "turbulence"})
 """Controls that act on deformable bodies alone; in a plan without any, they are everyday words."""
+CONTROL_WORDS = {
+    "attach": frozenset({"tie", "ties", "tied", "held", "pinned", "fastened", "hang", "hangs"}),
+    "release": frozenset({"let", "lets", "freed", "loose", "snap", "snaps"}),
+}
+"""Everyday words for controls, in a brief."""
+CONTROLS_OF_EVENTS = {"released": ("attach", "release"), "removed": ("remove",), "broken": ("bond",)}
+"""Controls without which there is no such event."""
 SOFT_FIELDS = ("touch_soft", "soft_reach", "mpm", "pbd", "fem", "ipc")
 """Fields that concern deformable bodies alone."""
 PLANNER_PAGES = ("Measures", "Events", "Expectations", "Regions of space")

@@ -12,7 +12,13 @@ from text2sim.agents import kind_words, language
 from text2sim.agents.assembly import FROZEN_PARTS, PLANNER_PARTS, names_for_owner, section_faults
 from text2sim.agents.conversation import Conversation, Wrong, typed_parser
 from text2sim.agents.page_requests import PageRequests
-from text2sim.agents.page_selection import COPIES, DEFORMABLE_KINDS, FIELD_CONTROLS
+from text2sim.agents.page_selection import (
+    CONTROL_WORDS,
+    CONTROLS_OF_EVENTS,
+    COPIES,
+    DEFORMABLE_KINDS,
+    FIELD_CONTROLS,
+)
 from text2sim.agents.replies import SECTIONS, CasePlan, Refer
 from text2sim.agents.revising import mapping
 from text2sim.agents.roles import ROLES, render, writer_prompt
@@ -20,8 +26,8 @@ from text2sim.agents.yaml_text import yaml_text
 from text2sim.spec_schema.changes.patch import PatchError, apply_operations, same
 from text2sim.spec_schema.text.canonical import format_text
 
-AS_WORDS = frozenset({"ball", "line", "free", "text", "still", "rest", "leaves", "turns", "mounted"})
-"""Kinds whose names usually mean something else: `ball` in a description is not the mount."""
+AS_WORDS = frozenset({"ball", "line", "free", "text", "still", "reach", "rest", "leaves", "turns", "mounted"})
+"""Kinds whose names usually mean something else in a description: `ball` is not the mount."""
 MAX_REASON_LENGTH = 300
 """Longest reason for leaving a section unchanged [characters]."""
 GIST_SECTIONS = ("render", "actions")
@@ -226,6 +232,9 @@ def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
             found -= FIELD_CONTROLS
         if section == "actions":  # the Planner writes the measures; the Writer adds those that its brief quotes
             found -= set(language.measured_kinds()) - set(re.findall(r"`([a-z_]+)`", plan.briefs.get("actions", "")))
+            found |= {kind for kind, meant in CONTROL_WORDS.items() if meant & mentioned}
+            events = {str(row.get("kind")) for row in plan.checks.events.values()}
+            found |= {kind for event in events for kind in CONTROLS_OF_EVENTS.get(event, ())}
         return found
     statics = section == "scene"
     own = {name: body for name, body in plan.bodies.items() if (body.kind == "static") == statics}
