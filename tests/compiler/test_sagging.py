@@ -108,6 +108,21 @@ def test_an_edge_of_a_sheet_over_a_bar_is_its_hem(region, wanted):
     assert end_region(flat, edge := BodyRegion(edge="left"), 0.005) is edge
 
 
+@pytest.mark.parametrize("region", [{"edge": "left"}, {"corner": ["left", "front"]}, {"corner": ["right", "back"]}])
+def test_an_end_of_a_sheet_with_gathered_ends_is_where_it_is_held(region):
+    """Its ends are 2 m - 8/3 0.4^2 / 2 m = 1.787 m apart and 1.55 m wide; its sides hang out beyond them."""
+    sheet = Sheet(kind="sheet", size=(2.0, 2.0), sag=0.4, ends=1.55)
+    points = soft_surface(sheet, Path(), 0.05).vertices
+    assert np.abs(points[:, 1]).max() > 0.82
+    box = end_region(sheet, BodyRegion.model_validate(region), 0.025).box
+    inside = points[((points >= box.min) & (points <= box.max)).all(axis=1)]
+    assert len(inside) >= (20 if "edge" in region else 1)
+    assert np.abs(inside[:, 0]) == pytest.approx(0.893, abs=0.03)
+    assert inside[:, 2] == pytest.approx(0.0, abs=0.03)
+    if "corner" in region:
+        assert np.abs(inside[:, 1]) == pytest.approx(0.775, abs=0.03)
+
+
 @pytest.mark.parametrize(
     ("fields", "message"),
     [

@@ -205,16 +205,22 @@ def sheet_reach(sheet: Sheet, u: Vec) -> float:
 
 
 def hem(sheet: Sheet, sides: Sequence[str]) -> tuple[Vec, Vec] | None:
-    """Return the corners [m] of the box of points at an end of a sheet over a bar; None for other sheets and sides.
+    """Return the corners [m] of the box of points at an end of a sheet over a bar, or of one with gathered ends.
+
+    The sides of the latter hang out farther than its ends, whose corners are therefore outermost along x alone.
 
     Args:
         sheet: The sheet.
         sides: Names of the sides: one of left and right, with front or back at most.
+
+    Returns:
+        None for other sheets and sides.
     """
     ends = [side for side in sides if side in ("left", "right")]
-    if sheet.over is None or not ends:
+    if not ends or (sheet.over is None and sheet.ends is None):
         return None
-    curve, half = _curve(sheet), sheet.size[1] / 2
-    end = curve[0] if ends == ["left"] else curve[-1]
+    curve, half = _curve(sheet), (sheet.ends or sheet.size[1]) / 2
+    x, z = curve[0] if ends == ["left"] else curve[-1]
+    inner = 0.0 if sheet.over is not None else x  # the end of what hangs over a bar leans towards it
     front, back = (-half, half) if "front" not in sides else (-half, -half)
-    return (min(end[0], 0.0), half if "back" in sides else front, end[1]), (max(end[0], 0.0), back, end[1])
+    return (min(x, inner), half if "back" in sides else front, z), (max(x, inner), back, z)
