@@ -74,6 +74,8 @@ def place_all(
 
 def file_path(model: Any) -> tuple[str, ...]:
     """Return the path in a body or static to what names its files."""
+    if getattr(getattr(model, "shape", None), "file", None) is not None:
+        return "shape", "file"
     return next(((key,) for key in ("shape", "file") if getattr(model, key, None) is not None), ())
 
 
