@@ -78,6 +78,7 @@ def test_every_problem_at_once_each_in_its_place():
             small(ball=", mount: {kind: hing}"),
             "unknown kind `hing`; there are free, fixed, hinge, slider, ball",
         ),
+        (small(ball=", mount: {kind: 3}"), "must be one of free, fixed, hinge, slider, ball (got 3)"),
         (small(ball=", mount: {}"), "`kind` is missing: one of free, fixed, hinge, slider, ball"),
         (
             small(ball=", mount: {kind: hinge, range_deg: [10, -10]}"),

@@ -300,12 +300,15 @@ def _bad_kind(place: _Place) -> _Finding:
     if "kind" not in place.data:
         return _Finding(place.path, f"`kind` is missing: one of {', '.join(kinds)}", "missing-kind", key=True)
     kind = place.data["kind"]
+    if not isinstance(kind, str):
+        message = f"must be one of {', '.join(kinds)} (got {show(kind)})"
+        return _Finding((*place.path, "kind"), message, "unknown-kind")
     message = f"unknown kind {_quoted(kind)}; there are {', '.join(kinds)}"
     if kind == "plane":
         message += "; only a static can be a plane"
     if kind == "sheet":
         message += "; only a cloth can be a sheet"
-    meant = OTHER_WORDS.get(kind.lower()) if isinstance(kind, str) else None
+    meant = OTHER_WORDS.get(kind.lower())
     hint = meant if meant in kinds else None if kind in ("plane", "sheet") else nearest(kind, kinds)
     return _Finding((*place.path, "kind"), message, "unknown-kind", hint)
 
