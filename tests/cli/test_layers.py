@@ -121,11 +121,12 @@ MANY = """\
 
 def test_a_comparison_in_a_pipe_has_whole_lines(cli: Cli, varied: Path, tmp_path: Path) -> None:
     folders = [
-        prepare_run(varied, tmp_path / "runs", CaseOverlay(sets=(f"prompt={text}",))) for text in ("x" * 90, "y" * 90)
+        prepare_run(varied, tmp_path / "runs", CaseOverlay(sets=(f"bodies.ball.material.density={density}",)))
+        for density in (500, 600, 700, 800)
     ]
     answer = cli("compare", *folders)
     assert answer.code == 0, answer.err
-    assert re.search(r"^ +prompt +x{90} +y{90} *$", answer.out, re.MULTILINE)
+    assert re.search(r"^ +bodies\.ball\.material\.density +500 +600 +700 +800 *$", answer.out, re.MULTILINE)
 
 
 def test_a_sweep_of_many_expectations_wraps_and_shows_what_was_compared(
