@@ -182,7 +182,7 @@ def test_changes_that_only_together_are_wrong_are_marked_at_both_places(
     commit(git, "theirs", LATEST_CASE + "    stays: {measure: height, at: 0.2, above: 0}\n")
     git("checkout", "-q", "ours")
     said = git("merge", "theirs", code=1)
-    assert "both changes together are not valid (there is no measure `height`)" in said
+    assert "both changes together are not valid (there is no measure `height`; there are speed)" in said
     text = Path("cases/fall/case.yaml").read_text()
     assert text.count("<<<<<<< ours") == 2, "at the measure that is gone, and at the expectation that names it"
 

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -116,6 +117,16 @@ MANY = """\
     above: {event: under, never: true}
     drop: {measure: height, during: [0, 0.2], stat: range, equals: 0.2, tolerance: 0.01}
 """
+
+
+def test_a_comparison_in_a_pipe_has_whole_lines(cli: Cli, varied: Path, tmp_path: Path) -> None:
+    folders = [
+        prepare_run(varied, tmp_path / "runs", CaseOverlay(sets=(f"bodies.ball.material.density={density}",)))
+        for density in (500, 600, 700, 800)
+    ]
+    answer = cli("compare", *folders)
+    assert answer.code == 0, answer.err
+    assert re.search(r"^ +bodies\.ball\.material\.density +500 +600 +700 +800 *$", answer.out, re.MULTILINE)
 
 
 def test_a_sweep_of_many_expectations_wraps_and_shows_what_was_compared(

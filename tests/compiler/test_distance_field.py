@@ -96,7 +96,7 @@ class TestExactMeshes:
     def test_an_open_surface_has_no_inside(self, make: Callable[..., Plan]) -> None:
         with pytest.raises(SpecError, match="`open.obj` is open") as raised:
             make({"file": "open.obj", "collision": "exact"})
-        assert raised.value.problems[0].path == "/bodies/m/shape"
+        assert raised.value.problems[0].path == "/bodies/m/shape/file"
 
     def test_a_cell_belongs_to_exact_contact(self, make: Callable[..., Plan]) -> None:
         with pytest.raises(SpecError, match="cell needs collision: exact"):

@@ -320,6 +320,11 @@ class TestMeshes:
         assert plan.bodies[0].entities[0].options["contact"] == "decompose"
         assert 'contype="4" conaffinity="8"' in plan.files["models/m.xml"].decode()
 
+    def test_a_mesh_that_cannot_be_used_is_reported_at_its_name(self, problems: Callable[[str], list[Problem]]) -> None:
+        (problem,) = problems("bodies:\n  m: {kind: rigid, shape: {kind: mesh, file: parts/braket.obj}}\n")
+        assert problem.path == "/bodies/m/shape/file"
+        assert "does not exist" in problem.message
+
     def test_meshes_of_one_body_touch_alike(self, problems: Callable[[str], list[Problem]]) -> None:
         parts = {
             name: {"shape": {"kind": "mesh", "file": "parts/bracket.obj", "collision": collision}}

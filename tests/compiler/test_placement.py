@@ -240,7 +240,7 @@ class TestProblems:
             ),
             (f"{BALL}, repeat: {{kind: grid, counts: [999, 999], spacing: 1}}", "/repeat", "998001 copies"),
             (f"{BALL}, repeat: {{kind: running_bond, rows: 2, columns: 2}}", "/shape", "made of boxes"),
-            ("kind: rigid, shape: {kind: mesh, file: a.obj}, place: {on: floor}", "/shape", "does not exist"),
+            ("kind: rigid, shape: {kind: mesh, file: a.obj}, place: {on: floor}", "/shape/file", "does not exist"),
         ],
     )  # fmt: skip
     def test_are_located(self, fields, path, said):

@@ -203,7 +203,7 @@ def test_the_command(make_run: MakeRun, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--camera", "side"], "there is no camera side; there are main"),
+        (["--camera", "mian"], "there is no camera `mian`; there are main; did you mean `main`?"),
         (["--frames", "9:12"], "pictures 0 to 3"),
         (["--shard", "3/2"], "1/4"),
         (["--join"], "are not rendered yet"),

@@ -78,6 +78,7 @@ def test_every_problem_at_once_each_in_its_place():
             small(ball=", mount: {kind: hing}"),
             "unknown kind `hing`; there are free, fixed, hinge, slider, ball",
         ),
+        (small(ball=", mount: {kind: 3}"), "must be one of free, fixed, hinge, slider, ball (got 3)"),
         (small(ball=", mount: {}"), "`kind` is missing: one of free, fixed, hinge, slider, ball"),
         (
             small(ball=", mount: {kind: hinge, range_deg: [10, -10]}"),
@@ -114,6 +115,14 @@ def test_every_problem_at_once_each_in_its_place():
             "needs a selector (got a list of 1 item); it takes",
         ),
         (small(top=MEASURES % "{kind: speed, of: 'a b'}"), "`a b` is not a selector: `brick`, "),
+        (
+            small(top="actions: {expect: {it: {measure: speed, during: [0, 1s], above: 1}}}"),
+            "needs a number of at least 0, or end (got the text '1s'); leave out the unit",
+        ),
+        (
+            small(top="actions: {expect: {it: {measure: speed, during: [0s, end], above: 1}}}"),
+            "needs a number of at least 0 (got the text '0s'); leave out the unit",
+        ),
         (small(top=MEASURES % "{kind: speed, of: 3}"), "needs a selector, or a list of selectors (got the number 3)"),
         (small(ball=", place: {at: [0, 0]}"), "exactly one of on, above, below"),
         (small(scene=", domain: {min: [0, 0, 0], max: [1, 1, 0]}"), "every coordinate of max must be larger"),

@@ -100,6 +100,8 @@ def test_the_number_of_entries_can_be_set():
         ("repeat: ${spokes}", "repeat: 5.5", 14, "a whole number"),
         ("rim:", "spoke_3:", 13, "`spoke_3` already exists"),
         ("{spokes: 6, bins: 3}", "{spokes: 6, bins: 3, k: 1}", 4, "choose another name"),
+        ("rim: {", "rim: true\n        hub: {", 12, "needs a mapping (got true)"),
+        ("measures:\n", "measures:\n    fast: speed\n", 28, "needs a mapping with a kind"),
         ('at: end, above: "${0.5 * k}"', 'at: end, above: "${q}"', 34, "unknown name `q`"),
     ],
 )

@@ -364,6 +364,11 @@ def test_stays_silent(stage, edits):
     assert check_references(stage(edits)) == []
 
 
+def test_the_names_that_exist_are_listed(stage):
+    (problem,) = check_references(stage({EXPECT: {"event": "bonk"}}))
+    assert problem.message == "there is no event `bonk`; there are impact, settled"
+
+
 def test_a_rule_points_at_the_line(stage):
     loaded = stage({EXPECT: {"event": "impac"}})
     (problem,) = check_references(loaded)

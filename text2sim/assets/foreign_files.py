@@ -103,6 +103,25 @@ def check_gltf(content: bytes, suffix: str, *, beside: bool) -> None:
         raise AssetError("is compressed (Draco or meshopt); export it without compression")
 
 
+def check_disguise(content: bytes) -> None:
+    """Check that a file is not what downloads and checkouts often leave in place of a mesh.
+
+    Args:
+        content: The file, or its first kilobyte.
+
+    Raises:
+        AssetError: if it is empty, an archive, a web page, or a pointer to a file in Git LFS.
+    """
+    if not content.strip():
+        raise AssetError("is empty")
+    if content.startswith((b"PK\x03\x04", b"\x1f\x8b", b"BZh", b"7z\xbc\xaf", b"\xfd7zXZ")):
+        raise AssetError("is an archive; unpack it, and name the mesh in it")
+    if content.startswith(b"version https://git-lfs.github.com/"):
+        raise AssetError("is only a pointer to the mesh, which Git LFS holds; fetch it with `git lfs pull`")
+    if content.lstrip()[:14].lower().startswith((b"<!doctype html", b"<html")):
+        raise AssetError("is a web page, not a mesh; download the file itself")
+
+
 def check_obj(content: bytes) -> None:
     """Check that an .obj file does not have so many parts that joining them takes minutes.
 

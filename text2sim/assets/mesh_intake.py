@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from text2sim.assets.foreign_files import NamedFiles, check_gltf, named_errors
+from text2sim.assets.foreign_files import NamedFiles, check_disguise, check_gltf, named_errors
 from text2sim.assets.safe_write import MAX_FILE, read_file
 from text2sim.assets.surface import Paint, TriangleMesh, welded
 from text2sim.spec_schema.errors import AssetError
@@ -43,7 +43,7 @@ def read_surface(path: Path, up: Up | None = None) -> tuple[TriangleMesh, tuple[
         raise AssetError(f"`{path.name}` must end in one of {', '.join(SUFFIXES)}")
     content = read_file(path)
     try:
-        _refuse_disguise(content)
+        check_disguise(content)
         if suffix in (".glb", ".gltf"):
             check_gltf(content, suffix, beside=False)
         neighbours = _Beside(path.parent)
@@ -55,13 +55,6 @@ def read_surface(path: Path, up: Up | None = None) -> tuple[TriangleMesh, tuple[
     turned = np.stack([surface.vertices[:, axis] * sign for axis, sign in axes], axis=1)
     notes = tuple(f"left out: `{name}`, which is not beside the file" for name in neighbours.refused)
     return welded(surface.move(turned), 0.0), notes
-
-
-def _refuse_disguise(content: bytes) -> None:
-    if content.startswith((b"PK\x03\x04", b"\x1f\x8b", b"BZh", b"7z\xbc\xaf", b"\xfd7zXZ")):
-        raise AssetError("is an archive; unpack it, and name the mesh in it")
-    if not content.strip():
-        raise AssetError("is empty")
 
 
 def _load(content: bytes, suffix: str, neighbours: "_Beside") -> Any:

@@ -1,5 +1,6 @@
 """The command `text2sim compare`."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
 
 MAX_SHOWN_DIFFERENCES = 40
 """Most rows of differences in the terminal; the page has all."""
+PIPED_WIDTH = 500
+"""Most characters of a line where there is no terminal."""
 
 
 def compare_runs(
@@ -66,7 +69,8 @@ def _say(comparison: "RunComparison") -> None:
     )
     section("events, first time [s]", [(row["name"], [_first(cell) for cell in row["cells"]]) for row in it.events])
     section("runs", [(row["name"], [_text(value) for value in row["values"]]) for row in it.diagnostics])
-    Console().print(table)
+    # A file or a pipe has no width: names broken in the middle of a word could not be searched.
+    Console(width=None if sys.stdout.isatty() else PIPED_WIDTH).print(table)
 
 
 def _text(value: Any) -> str:

@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from text2sim.compiler.build import Resolution
 from text2sim.compiler.film_lights import STUDIOS
 from text2sim.compiler.film_places import PLACE_AND_LIGHT_FIELDS, is_chosen
-from text2sim.compiler.looks import default_color, finish_of_body
+from text2sim.compiler.looks import finish_of_body
 from text2sim.compiler.masses import masses
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.soft.explicit import add_soft
@@ -207,9 +207,9 @@ def _add_look(found: Explicit, root: Path, model: Any, copies: list[Copy]) -> No
     kinds.add(getattr(copies[0].shape, "kind", "") if copies else "")
     if isinstance(model, Articulated):
         kinds |= {link.shape.kind for link in (model.links or {}).values()}
-    if model.look.color is not None or "mesh" in kinds or getattr(model, "file", None) is not None:
+    if not copies or model.look.color is not None or "mesh" in kinds or getattr(model, "file", None) is not None:
         return
-    look["color"] = default_color(str(root[-1]), model)
+    look["color"] = copies[0].color
     found.comments[*root, "look"] = "derived: by its name" if root[0] == "bodies" else "derived: what never moves"
 
 

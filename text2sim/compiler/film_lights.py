@@ -3,9 +3,10 @@
 from math import dist, hypot, pi, radians
 from typing import Any, NamedTuple
 
+from text2sim.compiler.default_colors import STATIC_COLOR
 from text2sim.compiler.film_cameras import FilmedScene, StartPoses, extent, ground_planes, resolve_target
 from text2sim.compiler.film_places import FilmPlace, adapted, floor_of, open_ground, place_of
-from text2sim.compiler.looks import STATIC_COLOR, luminance, rounded_rgb
+from text2sim.compiler.looks import luminance, rounded_rgb
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.lights import Environment, Lamp, Light, Sky, Softbox, Spot, Sun
 from text2sim.spec_schema.models.render import Render

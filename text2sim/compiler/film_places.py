@@ -7,8 +7,9 @@ from collections.abc import Collection
 from math import dist, floor, log2, log10
 from typing import Any, NamedTuple
 
+from text2sim.compiler.default_colors import STATIC_COLOR
 from text2sim.compiler.film_cameras import FilmedScene, extent, ground_planes
-from text2sim.compiler.looks import STATIC_COLOR, has_glass, looks_by_color, luminance, oklab, rounded_rgb
+from text2sim.compiler.looks import has_glass, looks_by_color, luminance, oklab, rounded_rgb
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.colors import rgb
 from text2sim.spec_schema.models.render import Render

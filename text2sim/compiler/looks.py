@@ -13,19 +13,10 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.colors import PALETTES, rgb
 from text2sim.spec_schema.models.materials import Look, Palette
-from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Compound, Mesh
 
 Rgba = tuple[float, float, float, float]
-
-STATIC_COLOR = "#98a1a9"
-"""Statics without a colour: grey, so that bodies stand out."""
-MATERIAL_COLORS = {"granular": "#c8a96a", "liquid": "#3f88c5", "snow": "#f1f4f7"}
-"""Bodies that have the colour of their material if they are given none."""
-# Okabe and Ito's palette, which people with every kind of colour vision can tell apart
-# (https://jfly.uni-koeln.de/color/), for bodies that were given no colour.
-PALETTE = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
 
 MIN_HIDING_OPACITY = 0.5
 """Least opacity at which something hides what is behind it."""
@@ -78,19 +69,12 @@ def finish_of_body(model: Any) -> str:
     return "glass" if getattr(model, "kind", "") == "liquid" and "finish" not in look.model_fields_set else look.finish
 
 
-def default_color(name: str, model: Any) -> str:
-    """Return the colour of a body or static that was given none."""
-    if isinstance(model, Static):
-        return STATIC_COLOR
-    return MATERIAL_COLORS.get(model.kind) or PALETTE[sum(name.encode()) % len(PALETTE)]
-
-
 def rgba_of(look: Look, copy: Copy) -> Rgba:
     """Return the colour of a copy, each channel in 0..1 with four digits."""
     index = copy.index or 0
     color = look.color
     if color is None:
-        color = default_color(copy.body, copy.model)
+        color = copy.color
     elif isinstance(color, list):
         color = color[index % len(color)]
     elif isinstance(color, Palette):

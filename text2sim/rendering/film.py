@@ -27,7 +27,7 @@ from text2sim.rendering.resting import drawn_frames, held_samples
 from text2sim.rendering.scene import FilmStage, sensor
 from text2sim.rendering.standing import StandingCameras
 from text2sim.rendering.trace import QUALITIES, Quality, Traced, trace
-from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.errors import RunError, did_you_mean, there_are
 from text2sim.templates.cadence import MAIN, Frame, frames, reels
 from text2sim.templates.cameras import Cameras, View
 from text2sim.templates.overlays import Overlay
@@ -165,7 +165,8 @@ class Filming:
         found = reels(film)
         if camera:
             if camera not in film["cameras"]:
-                raise RunError(f"there is no camera {camera}; there are {', '.join(film['cameras'])}")
+                known = film["cameras"]
+                raise RunError(f"there is no camera `{camera}`{there_are(known, None)}{did_you_mean(camera, known)}")
             whole = {"camera": camera, "from": film["start"], "to": film["end"], "speed": film["speed"], "hold": 0.0}
             found = {f"{MAIN}_{camera}": [whole]}
         paths = []

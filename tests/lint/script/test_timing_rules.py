@@ -12,7 +12,9 @@ bodies:
 actions:
   controls: {throw: {kind: initial_velocity, body: ball, linear: [4, 0, 0]}}
   measures: {x: {kind: position, of: ball, axis: x}, z: {kind: position, of: ball, axis: z}, v: {kind: speed, of: ball}}
-  events: {hit: {kind: contact, between: [ball, wall]}, in: {kind: enters, of: ball, region: {kind: sphere, center: [9, 0, 1], radius: 1}}}
+  events: {hit: {kind: contact, between: [ball, wall]}, in: {kind: enters, of: ball, region: {kind: sphere, center: [9, 0, 1], radius: 1}},
+    far: {kind: threshold, measure: x, above: 4}, left: {kind: threshold, measure: x, below: -1},
+    back: {kind: threshold, measure: x, below: 1}, quick: {kind: threshold, measure: v, above: 40}}
 """
 MOTOR = """
 bodies:
@@ -39,6 +41,11 @@ def expecting(expect: str) -> str:
         ("event: hit, never: true, within: [0, 0.3]", False),
         ("event: in, within: [0, 0.4]", True),
         ("event: in, within: [0, 1.9]", False),
+        ("event: far, within: [0, 0.3]", True),
+        ("event: far, within: [0, 1.2]", False),
+        ("event: left, within: [0, 0.1]", True),
+        ("event: back, within: [0, 0.1]", False),  # it may leave first
+        ("event: quick, within: [0, 0.1]", False),  # a speed is no distance
         ("measure: x, at: 0.3, above: 4", True),
         ("measure: x, at: 1.2, above: 4", False),
         ("measure: x, during: [0, 0.3], stat: max, above: 4", True),

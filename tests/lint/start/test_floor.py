@@ -115,3 +115,15 @@ def test_gravity_that_lifts(tmp_path: Path, gravity: str, wanted: bool) -> None:
     found = findings(tmp_path, "upward-gravity", f"scene: {{gravity: {gravity}}}", BALL.format("[0, 0, 1]", ""))
     assert bool(found) == wanted
     assert all("bodies fall at [0, 0, -9.81]" in problem.message for problem in found)
+
+
+@pytest.mark.parametrize(
+    ("gravity", "wanted"), [("[0, -9.81, 0]", True), ("[4, 0, -8.5]", False), ("[0, 0, 0]", False)]
+)
+def test_gravity_along_the_ground(tmp_path: Path, gravity: str, wanted: bool) -> None:
+    scene = f"scene: {{gravity: {gravity}}}"
+    found = findings(tmp_path, "sideways-gravity", scene, BALL.format("[0, 0, 1]", ""))
+    assert bool(found) == wanted
+    assert all("bodies fall at [0, 0, -9.81]" in problem.message for problem in found)
+    no_ground = "scene: {statics: {floor: null}}"
+    assert not findings(tmp_path, "sideways-gravity", scene, no_ground, BALL.format("[0, 0, 1]", ""))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from text2sim.compiler.default_colors import STATIC_COLOR, default_colors
 from text2sim.compiler.placing.arrangement import COPYWISE_KEYS, PlacementEntry, PlacementTargets, arrange
 from text2sim.compiler.placing.divisions import part_rows
 from text2sim.compiler.placing.patterns import MAX_COPIES, SINGLE, Variables, copy_count, copy_variables
@@ -51,6 +52,8 @@ class Copy:
     """Shape of this copy: half boxes of a running bond differ from the model's. None for trees of links."""
     line: int
     """Line in the case's file."""
+    color: str = STATIC_COLOR
+    """Its colour, if the case gives none."""
 
 
 def place_all(
@@ -74,6 +77,8 @@ def place_all(
 
 def file_path(model: Any) -> tuple[str, ...]:
     """Return the path in a body or static to what names its files."""
+    if getattr(getattr(model, "shape", None), "file", None) is not None:
+        return "shape", "file"
     return next(((key,) for key in ("shape", "file") if getattr(model, key, None) is not None), ())
 
 
@@ -89,6 +94,7 @@ class _Placer:
         self.copies: dict[str, list[Copy]] = {}
         self.failed: set[str] = set()
         """Names without a place; what is placed in relation to them is not reported too."""
+        self.colors = default_colors(loaded.case)
         self.total = 0
         """Copies that are to be placed."""
 
@@ -190,11 +196,11 @@ class _Placer:
             self._report((*root, "place" if model.place else "repeat"), error)
         except AssetError as error:
             self._report((*root, *file_path(model)), error, "asset")
-        line = self.loaded.line(root)
+        rest = self.loaded.line(root), self.colors[name]
         if entry.repeat is None:
-            return [Copy(name, name, None, SINGLE, spots[0].model, spots[0].pos, spots[0].quat, spots[0].shape, line)]
+            return [Copy(name, name, None, SINGLE, spots[0].model, spots[0].pos, spots[0].quat, spots[0].shape, *rest)]
         return [
-            Copy(f"{name}[{i}]", name, i, variables, spot.model, spot.pos, spot.quat, spot.shape, line)
+            Copy(f"{name}[{i}]", name, i, variables, spot.model, spot.pos, spot.quat, spot.shape, *rest)
             for i, (variables, spot) in enumerate(zip(entry.variables, spots, strict=True))
         ]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.engine_files import asset_folder
-from text2sim.assets.foreign_files import NamedFiles, check_gltf, check_obj, named_errors
+from text2sim.assets.foreign_files import NamedFiles, check_disguise, check_gltf, check_obj, named_errors
 from text2sim.compiler.shapes.hulls import hull_of
 from text2sim.spec_schema.errors import AssetError
 
@@ -23,6 +23,7 @@ MAX_FACES = 200_000
 """Most triangles of a mesh that MuJoCo reads."""
 MAX_COORDINATE = 1e9
 """In the file's unit: a kilometre in micrometres. With larger ones, areas and volumes lose precision."""
+MISSING_VERTICES = "has triangles with vertices that are not in the file"
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,15 +131,20 @@ def open_mesh(path: Path, root: Path, **options: Any) -> Any:
         trimesh.util.log.addHandler(logging.NullHandler())  # errors say what is wrong with a file
     suffix = path.suffix.lower()
     with named_errors(), path.open("rb") as stream:
+        check_disguise(stream.read(1024))
+        stream.seek(0)
         if suffix in (".glb", ".gltf"):
             check_gltf(stream.read(), suffix, beside=True)
             stream.seek(0)
         if suffix == ".obj":
             check_obj(stream.read())
             stream.seek(0)
-        return trimesh.load(
-            stream, file_type=suffix[1:], process=False, resolver=_Resolver(path.parent, root), **options
-        )
+        try:
+            return trimesh.load(
+                stream, file_type=suffix[1:], process=False, resolver=_Resolver(path.parent, root), **options
+            )
+        except IndexError:
+            raise AssetError(MISSING_VERTICES) from None
 
 
 def turn_upright(vectors: "np.ndarray", path: Path) -> "np.ndarray":
@@ -170,7 +176,7 @@ def _check_mesh(loaded: Any, path: Path) -> MeshFile:
     # A point cloud, a path or a scene has neither.
     vertices, faces = turn_upright(np.asarray(loaded.vertices, float), path), np.asarray(loaded.faces, np.int64)
     if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
-        raise AssetError("has triangles with vertices that are not in the file")
+        raise AssetError(MISSING_VERTICES)
     if len(faces) == 0 or not np.isfinite(vertices).all():
         raise AssetError("has no triangles" if len(faces) == 0 else "has vertices that are not finite")
     if len(faces) > MAX_FACES:

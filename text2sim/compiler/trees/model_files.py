@@ -137,7 +137,7 @@ class ModelFiles:
             return self._add(f"{file.removeprefix(DIGEST_PREFIX)[:12]}_whole.obj", lambda: sculpted_obj(file))
         mesh = load_mesh(file, self.folder)
         if mesh.flat:
-            raise AssetError(f"mesh file `{file}` is flat: a body of links needs thickness")
+            raise AssetError(f"mesh file `{file}` is flat: rigid bodies and links need thickness")
         stem = re.sub(r"\W+", "_", PurePosixPath(file).stem)
         digest = sha256(mesh.vertices.tobytes() + mesh.faces.tobytes()).hexdigest()
         return self._add(f"{stem}_{digest[:12]}.obj", lambda: mesh.obj())

@@ -13,7 +13,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.motion.causes import Causes
 from text2sim.lint.rule import Rule
 from text2sim.lint.script.gap_bounds import min_gap
-from text2sim.lint.script.measure_bounds import values_of
+from text2sim.lint.script.measure_bounds import Values, values_of
 from text2sim.lint.script.outcomes import bound_of, count_bounds, field_of
 from text2sim.lint.script.start_values import depth_inside
 from text2sim.lint.script.targets import StartTarget, Targets
@@ -39,12 +39,9 @@ def _too_soon(facts: Facts) -> Iterator[Problem]:
                 yield facts.problem("too-soon", (*where, "within"), text)
         elif expect.measure is not None:
             bound, values = bound_of(expect, facts.case.scene.duration), values_of(facts, expect.measure)
-            measure = actions.measures[expect.measure]
-            if not isinstance(measure, Position | Displacement) or bound.stat not in ("all", "max", "min"):
+            if values.start is None or bound.stat not in ("all", "max", "min"):
                 continue
-            if getattr(measure, "frame", None) is not None:
-                continue
-            if values.start is None or values.frozen or measure.stat in ("count", "sum", "std", "range"):
+            if not _changes_by_motion(actions.measures[expect.measure], values):
                 continue
             # A minimum or maximum may occur at the end of the span; a bound on all values applies from its start.
             by = bound.first if bound.stat == "all" else bound.last
@@ -55,6 +52,13 @@ def _too_soon(facts: Facts) -> Iterator[Problem]:
                 text = f"`{expect.measure}` has to change by {change:.3g} {values.unit} from its start"
                 text += _why_too_far(causes, change, by)
                 yield facts.problem("too-soon", (*where, field_of(expect)), text)
+
+
+def _changes_by_motion(measure: Any, values: Values) -> bool:
+    """Return whether a measure changes by at most the distance [m] that some body moves."""
+    if not isinstance(measure, Position | Displacement) or getattr(measure, "frame", None) is not None:
+        return False
+    return not values.frozen and measure.stat not in ("count", "sum", "std", "range")
 
 
 def _why_too_far(causes: Causes, distance: float, by: float) -> str:
@@ -78,6 +82,10 @@ def _shortest_distance(facts: Facts, event: Any) -> float:
         if any(not target.known for target in targets):
             return 0.0
         return min((max(0.0, -depth_inside(event.region, target.origin)) for target in targets), default=0.0)
+    if event.kind == "threshold":
+        values = values_of(facts, event.measure)
+        if values.start is not None and _changes_by_motion(facts.case.actions.measures[event.measure], values):
+            return max(0.0, values.start - event.below if event.above is None else event.above - values.start)
     return 0.0
 
 
@@ -106,8 +114,8 @@ RULES = (
         reason="""\
 Start velocities, impulses and forces before the time t give a body at most a speed v, so nothing moves farther than
 `2 v t + g t^2`, twice the distance of a thrown body; if everything is at rest at the start, t counts from the first
-cause. No body reaches an event or a position farther away in time. The rule is silent after a drive or a driven body
-has started, or if springs or bounces act.""",
+cause. No body reaches an event or a position, that of a `threshold` included, farther away in time. The rule is silent
+after a drive or a driven body has started, or if springs or bounces act.""",
         remedy="Start earlier, nearer or faster, or let the span end later than the time in the message.",
         example=_BALL % "[0, 0.3]",
         fix=_BALL % "[0, 0.9]",

@@ -49,6 +49,14 @@ def _upward(facts: Facts) -> Iterator[Problem]:
         yield facts.problem("upward-gravity", ("scene", "gravity"), text)
 
 
+def _sideways(facts: Facts) -> Iterator[Problem]:
+    gravity = facts.case.scene.gravity
+    if gravity[2] == 0.0 and any(gravity) and (grounds := [ground for ground in facts.planes if ground.up[2] > 0.5]):
+        down = vector((0.0, 0.0, -math.hypot(*gravity)))
+        text = f"gravity acts along `{grounds[0].copy.name}`, not down; the z axis points up, so bodies fall at {down}"
+        yield facts.problem("sideways-gravity", ("scene", "gravity"), text)
+
+
 def _held_bodies(facts: Facts) -> set[str]:
     """Return the bodies that an attachment or a force may keep from falling."""
     names = [name for weld in facts.rows.welds for name in (weld.a, weld.b)]
@@ -84,6 +92,22 @@ bodies:
 """,
         fix="scene: {gravity: [0, 0, -1.62]}",
         run=_upward,
+    ),
+    Rule(
+        id="sideways-gravity",
+        severity="warning",
+        title="Gravity is horizontal, and there is a ground.",
+        reason="""\
+The z axis points up. Gravity along y, as in programs in which y points up, makes all free bodies fall along the ground.
+The rule skips scenes without a plane that faces up, and gravity with a part along z, as on a slope.""",
+        remedy="Use `[0, 0, -9.81]`, which is the default.",
+        example="""\
+scene: {gravity: [0, -9.81, 0]}
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, place: {on: floor}}
+""",
+        fix="scene: {gravity: [0, 0, -9.81]}",
+        run=_sideways,
     ),
     Rule(
         id="falls-for-ever",

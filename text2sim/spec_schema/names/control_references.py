@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from text2sim.spec_schema.errors import SpecError, nearest
+from text2sim.spec_schema.errors import SpecError, nearest, there_are
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.bodies import Articulated, Chain, HingeMount, Rigid, SliderMount
 from text2sim.spec_schema.models.controls import (
@@ -246,7 +246,7 @@ def _check_release(table: NameTable, where: Path, control: Release) -> None:
     attach = controls.get(control.attach)
     if not isinstance(attach, Attach):
         known = [name for name, other in controls.items() if isinstance(other, Attach)]
-        message = f"there is no attach `{control.attach}`"
+        message = f"there is no attach `{control.attach}`{there_are(known)}"
         if attach is not None:
             message = f"`{control.attach}` is not an attach (it is a {attach.kind})"
         table.report((*where, "attach"), message, "unknown-attach", nearest(control.attach, known))

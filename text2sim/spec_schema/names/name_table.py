@@ -143,7 +143,7 @@ class NameTable:
         """
         if name is None or name in known:
             return True
-        self.report(where, f"there is no {noun} `{name}`", f"unknown-{noun}", nearest(name, known))
+        self.report(where, f"there is no {noun} `{name}`{there_are(known)}", f"unknown-{noun}", nearest(name, known))
         return False
 
     def find(

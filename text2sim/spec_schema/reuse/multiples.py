@@ -63,6 +63,9 @@ def _section(
     several = set(repeated(section.data))
     for name in section.data:
         entry, here = section.child(name), (*path, name)
+        if not isinstance(entry.data, dict):  # the check of its form reports it
+            parts[name], keys[name] = entry, section.node.keys[name]
+            continue
         number = _number(resolver, entry.data["repeat"]) if name in several else None
         plain = mapping(entry.node, {key: entry.child(key) for key in entry.data if key != "repeat"})
         if number is None:

@@ -12,6 +12,7 @@ from text2sim.spec_schema.errors import Problem, nearest
 from text2sim.spec_schema.models.base import Name, Selector
 from text2sim.spec_schema.text.document import Document, Path, Step
 from text2sim.spec_schema.text.syntax import LOOK_ALIKE, taken_for_text
+from text2sim.spec_schema.vocabulary.labels import is_label_of
 from text2sim.spec_schema.vocabulary.words import (
     LanguageSlot,
     bounds_of,
@@ -93,11 +94,13 @@ def _follow(slot: LanguageSlot, data: Any, loc: list[Step], kind: str) -> _Place
             fitting = [member for member in slot.members if fits(member, data)]
             if slot.list_of_other is not None and structure_of(data) == "list":
                 fitting = [slot.list_of_other]
+            if not fitting:  # such as `[1s, 2]`, whose first item is wrong
+                fitting = [member for member in slot.members if member.structure == structure_of(data)]
             # Of several lists, the one of the same length was intended.
             fitting = [member for member in fitting if _is_as_long(member, data)] or fitting
             if len(fitting) != 1:
                 return _Place(path, slot, data, [], alternatives=True)
-            if not loc or not _is_label_of(str(loc.pop(0)), fitting[0]):
+            if not loc or not is_label_of(str(loc.pop(0)), fitting[0]):
                 return None
             if not loc and kind in ("literal_error", "string_pattern_mismatch") and slot.list_of_other is None:
                 return _Place(path, slot, data, [], alternatives=True)
@@ -137,28 +140,6 @@ def _has(data: Any, step: Step) -> bool:
         if isinstance(data, dict)
         else isinstance(data, list) and isinstance(step, int) and step < len(data)
     )
-
-
-_FUNCTION = re.compile(r"^function-\w+\[.*?\(\), ")
-_LABELS = (
-    (("tagged-union", "dict", "model"), "mapping"),
-    (("literal", "str", "constrained-str"), "text"),
-    (("float", "int", "constrained-float", "constrained-int"), "number"),
-    (("bool",), "boolean"),
-    (("tuple", "list"), "list"),
-)
-
-
-def _is_label_of(label: str, slot: LanguageSlot) -> bool:
-    """Return whether pydantic's label for an alternative of a union denotes a slot."""
-    while found := _FUNCTION.match(label):
-        label = label[found.end() :]
-    origin = get_origin(slot.base)
-    if origin is tuple and "(" not in label and label.count(",") + 1 != len(get_args(slot.base)):
-        return False
-    if origin in (tuple, list):
-        return label.startswith(origin.__name__)
-    return slot.structure == next((what for starts, what in _LABELS if label.startswith(starts)), "mapping")
 
 
 # --- messages -------------------------------------------------------------------------------------------------
@@ -319,12 +300,15 @@ def _bad_kind(place: _Place) -> _Finding:
     if "kind" not in place.data:
         return _Finding(place.path, f"`kind` is missing: one of {', '.join(kinds)}", "missing-kind", key=True)
     kind = place.data["kind"]
+    if not isinstance(kind, str):
+        message = f"must be one of {', '.join(kinds)} (got {show(kind)})"
+        return _Finding((*place.path, "kind"), message, "unknown-kind")
     message = f"unknown kind {_quoted(kind)}; there are {', '.join(kinds)}"
     if kind == "plane":
         message += "; only a static can be a plane"
     if kind == "sheet":
         message += "; only a cloth can be a sheet"
-    meant = OTHER_WORDS.get(kind.lower()) if isinstance(kind, str) else None
+    meant = OTHER_WORDS.get(kind.lower())
     hint = meant if meant in kinds else None if kind in ("plane", "sheet") else nearest(kind, kinds)
     return _Finding((*place.path, "kind"), message, "unknown-kind", hint)
 
@@ -337,7 +321,9 @@ def _unknown_word(place: _Place) -> _Finding:
 
 def _no_alternative(place: _Place) -> _Finding:
     words = [w for member in place.slot.members for w in get_args(member.base) if isinstance(w, str)]
-    message = f"needs {describe(place.slot)} (got {_given(place.data, place.slot)})"
+    numbers = [member for member in place.slot.members if member.structure == "number"]
+    advice = _advice(place.data, numbers[0]) if numbers else ""
+    message = f"needs {describe(place.slot)} (got {_given(place.data, place.slot)}){advice}"
     return _Finding(place.path, message, "type", nearest(place.data, words))
 
 
