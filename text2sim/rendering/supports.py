@@ -2,7 +2,7 @@
 
 Touching ones form a group. A group needs posts if its centre is not above its footprint on the floor, and no part of it
 that stands by itself reaches up to that height. Posts stand under the corners of its largest part, where nothing passes
-during the recording, and out of the near half of all views; if half of them would be in the way, rods hold it from above.
+in the recording, and out of the near half of all views; if half of them would be in the way, rods hold it from above.
 """
 
 from collections.abc import Collection
