@@ -7,6 +7,7 @@ until it is good enough or the rounds are used up.
 
 import io
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import asin, degrees, hypot
 from pathlib import Path
@@ -139,9 +140,7 @@ class Cinematography:
                 except RoleFailed as failed:  # the next round asks again
                     self._emit("treatments_failed", why=str(failed))
                     continue
-                for name, tried in written.items():
-                    if (sheet := self._sheet_or_none(name, tried)) is not None:
-                        self._tried.append(self._judge_still(name, tried, sheet))
+                self._judge_all(written)
         except StoppedError:
             raise
         except Text2SimError as error:  # earlier judgements count
@@ -233,11 +232,25 @@ class Cinematography:
             self._emit("treatments_failed", why=f"{name}: {error}")
             return None
 
-    def _judge_still(self, name: str, text: str, sheet: tuple[bytes, int]) -> FilmedTreatment:
+    def _judge_all(self, written: Mapping[str, str]) -> None:
+        """Have treatments judged, each on its own; one is judged while the stills of the next are traced."""
+        with ThreadPoolExecutor() as pool:
+            asked = [
+                pool.submit(self._judge_still, name, text, sheet, self._chat.reserve("viewer"))
+                for name, text in written.items()
+                if (sheet := self._sheet_or_none(name, text)) is not None
+            ]
+        self._tried += [one.result() for one in asked if one.exception() is None]
+        for one in asked:
+            one.result()  # raises what one of them failed of
+
+    def _judge_still(
+        self, name: str, text: str, sheet: tuple[bytes, int], number: int | None = None
+    ) -> FilmedTreatment:
         picture, count = Image("film.png", "image/png", sheet[0]), sheet[1]
         question = render("view", request=self._request, count=count)
         marks: Marks = self._chat.ask(
-            "viewer", system_prompt(ROLES["viewer"]), question, typed_parser(Marks), (picture,)
+            "viewer", system_prompt(ROLES["viewer"]), question, typed_parser(Marks), (picture,), number=number
         )
         parts = {part: getattr(marks, part) for part in MARK_WEIGHTS}
         if any(take.name == name for take in self._tried):
@@ -287,7 +300,7 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
 
     from text2sim.evidence.contact_sheet import contact_sheet
     from text2sim.legibility.film import nearest_frame, spread_numbers
-    from text2sim.rendering.film import Filming, Reel
+    from text2sim.rendering.film import Filming
 
     recording = _recording(run, loaded)
     wide, tall = recording.film["resolution"]
@@ -295,7 +308,7 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
     reel = filming.reels()[0]
     frames = [frame for one in moments_of(run) if (frame := nearest_frame(reel.frames, one.t))]
     evenly = [reel.frames[k] for k in spread_numbers(len(reel.frames), EVEN_STILLS)]
-    few = Reel(reel.name, sorted({*evenly, *list(dict.fromkeys(frames))[:MAX_EVENT_STILLS]}))
+    few = filming.excerpt(reel, sorted({*evenly, *list(dict.fromkeys(frames))[:MAX_EVENT_STILLS]}))
     paths = filming.render(few, lambda progress: None)
     thumbnails = [
         ("film", f"{number}: {frame.k / filming.fps:.1f} s", Pictures.fromarray(picture))

@@ -27,6 +27,8 @@ IGNORED_WORK = 1e-6
 """Largest work that is not reported [J]."""
 SERIES, SERIES_TIMES = "; over time ", "- over time: at "
 """What stands before values over time, and before their times, which all measures share."""
+ABOUT_MOTION = ("Measures", "Diagnostics", "Positions", "Without the cause")
+"""First words of the parts of the evidence that another film of the same run does not change."""
 ROUNDING = 1e-12
 """Size below which a number is shown as 0."""
 LOG_TAIL = 1_500
@@ -65,6 +67,11 @@ def evidence_text(
     return "\n\n".join(part for part in parts if part)
 
 
+def to_look_at(evidence: str) -> str:
+    """Return evidence without the numbers about the motion, for a film of a run that was judged before."""
+    return "\n\n## ".join(part for part in evidence.split("\n\n## ") if not part.startswith(ABOUT_MOTION))
+
+
 def to_decide_by(evidence: str) -> str:
     """Return evidence without the parts for the Critic alone: values over time, and the cameras' views."""
     parts = [part for part in evidence.split("\n\n## ") if not part.startswith("What the cameras saw")]
@@ -101,15 +108,20 @@ def judgement_text(number: int, cause: str, critique: Mapping[str, Any] | None, 
 
 
 def attempts_table(attempts: Sequence[tuple[int, Mapping[str, Any]]]) -> str:
-    """Return a table of the results of expectations by attempt."""
+    """Return a table of the results of expectations by attempt, and the names of those that were always true."""
     if len(attempts) < 2:
         return ""
     names = dict.fromkeys(name for _, expect in attempts for name in expect)
-    rows = ["| expectation | " + " | ".join(f"attempt {number}" for number, _ in attempts) + " |"]
-    for name in names:
+    always = [name for name in names if all(expect.get(name, {}).get("ok") for _, expect in attempts)]
+    rows = []
+    for name in (name for name in names if name not in always):
         found = [expect.get(name, {}) for _, expect in attempts]
         cells = [f"{'true' if row.get('ok') else 'MISSED'}: {row.get('why', '')}" if row else "-" for row in found]
         rows.append(f"| `{name}` | " + " | ".join(cells) + " |")
+    if rows:
+        rows.insert(0, "| expectation | " + " | ".join(f"attempt {number}" for number, _ in attempts) + " |")
+    if always:
+        rows.append(f"True in each attempt: {', '.join(f'`{name}`' for name in always)}")
     return "\n".join(rows)
 
 
