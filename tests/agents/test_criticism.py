@@ -121,11 +121,13 @@ def test_marks_in_any_spelling(told: Any, mark: float) -> None:
     assert typed_parser(Mark)(told).mark == mark
 
 
-def test_a_request_is_taken_apart_in_one_letter(tmp_path: Path) -> None:
-    model = Scripted({"reader": [fenced("requirements: {a: {what: x, importance: 5}}")]})
+def test_a_request_is_taken_apart_and_looked_through_again(tmp_path: Path) -> None:
+    model = Scripted(
+        {"reader": [fenced("requirements: {a: {what: x, importance: 5}}"), fenced("missing: {a: {what: y}}")]}
+    )
     found = extract_requirements(chat(tmp_path, model), "x and y")
-    assert {name: one.what for name, one in found.items()} == {"a": "x"}
-    assert "word by word" in model.asked[0].messages[0].text
+    assert {name: one.what for name, one in found.items()} == {"a": "x", "a_too": "y"}
+    assert "- `a` (5): x" in model.questions("reader")[1]
     assert extract_requirements(chat(tmp_path / "mute", Scripted({})), "x") == {}
 
 

@@ -51,13 +51,10 @@ SMUGGLED = CRITIQUE.replace(
     '[{op: replace, path: /bodies/ball/pose/pos/2, value: "${height + 0.1}"}]',
     "[{op: replace, path: /actions/expect/lands/within, value: [0, 0.6]}]",
 ).replace("{section: bodies, why", "{section: actions, why")
-APART = """
-requirements:
-  falls: {what: a ball falls on a slab, sort: action, importance: 5}
-  one: {what: there is one ball, sort: count, importance: 2}
-"""
+APART = "requirements: {falls: {what: a ball falls on a slab, sort: action, importance: 5}}"
+MISSED = "missing: {one: {what: there is one ball, sort: count, importance: 2}}"
 REPLIES = {
-    "reader": [APART],
+    "reader": [APART, MISSED],
     "planner": [PLAN, "action: repair\nwhy: it starts too high\ntake: [1]\n"],
     "scene": [SCENE],
     "bodies": [HIGH],
@@ -116,7 +113,7 @@ def test_from_words_to_an_accepted_case(tmp_path: Path, monkeypatch: pytest.Monk
     run = json.loads((case / "generation" / "run.json").read_text())
     assert [attempt["verdict"] for attempt in run["attempts"]] == ["repair", "pass"]
     assert [attempt["score"] for attempt in run["attempts"]] == [28.6, 100], "2 of 7 by importance, then all"
-    assert run["account"]["total"]["calls"] + run["account"]["total"]["cached"] == 11
+    assert run["account"]["total"]["calls"] + run["account"]["total"]["cached"] == 12
     rows = [json.loads(line) for line in (case / "generation" / "journal.jsonl").read_text().splitlines()]
     assert [row["event"] for row in rows].count("planned") == 1
     assert (case / outcome.best.run / "report.html").is_file()

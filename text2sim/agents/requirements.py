@@ -41,11 +41,17 @@ class ExtractedRequirements(Answer):
     requirements: Annotated[dict[Name, Requirement], Field(max_length=MAX_REQUIREMENTS)]
 
 
+class MissingRequirements(Answer):
+    """Requirements that a list omits."""
+
+    missing: Annotated[dict[Name, Requirement], Field(max_length=MAX_REQUIREMENTS)] = {}
+
+
 Requirements = Mapping[str, Requirement]
 
 
 def extract_requirements(chat: Conversation, text: str, images: tuple[Image, ...] = ()) -> dict[str, Requirement]:
-    """Have a model list the requirements of a request.
+    """Have a model list the requirements of a request, and another check for omissions.
 
     Args:
         chat: The conversation with the models.
@@ -58,19 +64,28 @@ def extract_requirements(chat: Conversation, text: str, images: tuple[Image, ...
     Raises:
         StoppedError: If the user stopped it.
     """
+    reader = ROLES["reader"]
 
     def some(answer: ExtractedRequirements) -> None:
         if not answer.requirements:
             raise Wrong(["/requirements: every request asks for something"])
 
     try:
-        question = render("apart_ask", request=text)
-        read = typed_parser(ExtractedRequirements, some)
-        return chat.ask("reader", system_prompt(ROLES["reader"]), question, read, images).requirements
+        question = render("apart_ask", request=text, found="")
+        found = chat.ask(
+            "reader", system_prompt(reader), question, typed_parser(ExtractedRequirements, some), images
+        ).requirements
+        question = render("apart_ask", request=text, found=requirement_rows(found))
+        more = chat.ask(
+            "reader", system_prompt(reader, "missing"), question, typed_parser(MissingRequirements), images
+        ).missing
     except StoppedError:
         raise
     except (RoleFailed, ModelError):
         return {}  # an unreachable model is reported by the next question
+    for name, requirement in list(more.items())[: MAX_REQUIREMENTS - len(found)]:
+        found[name if name not in found else f"{name}_too"] = requirement
+    return found
 
 
 def requirements_of_change(text: str, extract: Callable[[], dict[str, Requirement]]) -> dict[str, Requirement]:
