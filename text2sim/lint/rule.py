@@ -18,14 +18,14 @@ SEVERITIES: dict[str, Severity] = {}
 """Severity of each rule by its id; rules register themselves."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Rule:
     """A fault of simulations that can be found in a case before it runs."""
 
     id: str
     """Stable id in kebab case, for `waive` and `check --explain`."""
-    severity: Severity
-    """Default severity of its problems; an `error` stops a run."""
+    severity: Severity = "warning"
+    """Severity of its problems, unless one says another; an `error` stops a run."""
     title: str
     """The fault, in one line."""
     reason: str

@@ -81,7 +81,6 @@ bodies shoot away.""",
     ),
     Rule(
         id="soft-bounce",
-        severity="warning",
         title="Bouncing contacts are soft: they last long enough to be visible.",
         reason="""\
 At long substeps the compiler softens bouncing contacts to keep them stable. Above 20 ms a contact shows as a dent, and

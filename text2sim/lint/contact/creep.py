@@ -191,7 +191,6 @@ bodies:
 RULES = (
     Rule(
         id="creeps",
-        severity="warning",
         title="A body that friction holds on a slope or in a grip creeps.",
         reason=f"""\
 Contacts are regularised: static friction needs a little sliding, and with the pyramidal cone it is visible. A slope of

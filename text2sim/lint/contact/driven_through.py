@@ -112,7 +112,6 @@ bodies:
 RULES = (
     Rule(
         id="driven-through",
-        severity="warning",
         title="The motion of a driven body leads through the ground or through a fixed body.",
         reason=f"""\
 A driven body follows its motion and pushes movable bodies out of the way. The ground, statics and bodies with a fixed

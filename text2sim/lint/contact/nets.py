@@ -26,7 +26,6 @@ def _flat(facts: Facts) -> Iterator[Problem]:
 RULES = (
     Rule(
         id="flat-net",
-        severity="warning",
         title="A net is built flat, and stays flat under any load.",
         reason="""\
 A net is made of rigid links on ball joints, and the world holds its edges. Its strands cannot stretch, so a net yields

@@ -121,7 +121,6 @@ def _support(facts: Facts, copy: Copy) -> tuple[Copy | None, Vec]:
 RULES = (
     Rule(
         id="sliding-start",
-        severity="warning",
         title="A body starts to slide along its support and will be thrown into the air.",
         reason="""\
 The pyramidal friction cone, the default in scenes without slopes, treats fast sliding as approach and turns a part of

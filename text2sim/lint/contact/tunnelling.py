@@ -154,7 +154,6 @@ def _motions(copy: Copy, part: StandingPart) -> Iterator[tuple[Vec, Bounds]]:
 RULES = (
     Rule(
         id="tunnelling",
-        severity="warning",
         title="A body is so fast that it may pass through another.",
         reason="""\
 The engine detects contacts once per substep. A contact holds a body only after a substep, or after its timeconst over

@@ -68,7 +68,6 @@ def _unexplained_fall(facts: Facts, copy: Copy) -> float:
 RULES = (
     Rule(
         id="hangs-in-air",
-        severity="warning",
         title="A body hangs in the air with nothing to hold it when the film begins.",
         reason=f"""\
 It starts at rest, with nothing below it, and falls from the first picture on by more than its own size: for a moment it

@@ -72,7 +72,6 @@ def _leaving(facts: Facts, copy: Copy, t: float, left_at: Vec) -> Problem:
 RULES = (
     Rule(
         id="leaves-picture",
-        severity="warning",
         title="A subject of the script will probably leave every picture.",
         reason=f"""\
 Its path is known up to the first body it meets: a throw or a fall under gravity, or the motion of a driven body. After

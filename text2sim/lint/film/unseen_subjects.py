@@ -206,7 +206,6 @@ def hidden_behind(facts: Facts, seeing: list[CameraView], name: str) -> str:
 RULES = (
     Rule(
         id="unseen-subject",
-        severity="warning",
         title="No camera sees a subject of the script at the start.",
         reason=f"""\
 Subjects are the bodies that controls act on and that expectations, their measures and events name. One of them is not
@@ -230,7 +229,6 @@ render:
     ),
     Rule(
         id="small-subject",
-        severity="warning",
         title="A subject of the script is tiny in every picture.",
         reason=f"""\
 It fills less than {MIN_PICTURE_SHARE:.1%} of the picture of every camera at the start, less than 30 by 30 pixels of
@@ -251,7 +249,6 @@ render:
     ),
     Rule(
         id="cut-off-subject",
-        severity="warning",
         title="Less than half of a subject of the script is in any picture.",
         reason="""\
 In every camera's picture at the start, most of the body (or of its copies) lies outside the edges.""",

@@ -77,7 +77,6 @@ def _without_direction(facts: Facts) -> Iterator[Problem]:
 RULES = (
     Rule(
         id="camera-inside",
-        severity="warning",
         title="A camera is inside a body, or below the ground.",
         reason="""\
 From inside a body, the picture shows only its inner side; from below a plane, its underside. The hull of a mesh does

@@ -160,7 +160,6 @@ bodies:
 RULES = (
     Rule(
         id="looks-like-degrees",
-        severity="warning",
         title="An angle in radians looks like one in degrees.",
         reason="""\
 Only fields whose names end in `deg` are in degrees. A target of 45 for a hinge without limits means seven turns.""",
@@ -171,7 +170,6 @@ Only fields whose names end in `deg` are in degrees. A target of 45 for a hinge 
     ),
     Rule(
         id="looks-like-radians",
-        severity="warning",
         title="An angle in degrees looks like one in radians.",
         reason="""\
 Fields whose names end in `deg` are in degrees. A value of 1.571 or 0.7854, a quarter or an eighth of a turn in radians,

@@ -134,7 +134,6 @@ actions:
 RULES = (
     Rule(
         id="slow-motor",
-        severity="warning",
         title="A motor is too weak to follow its schedule.",
         reason="""\
 A change of position by d within T takes an acceleration of at least `4 d / T^2`, a change of speed one of `dv / T`. The
@@ -148,7 +147,6 @@ slower still. The rule reports changes that would take at least 1.5 times as lon
     ),
     Rule(
         id="short-speed",
-        severity="warning",
         title="A velocity motor will not reach its speed.",
         reason="""\
 The force of a velocity motor is its damping times the missing speed. Against dry friction, joint damping or gravity it
@@ -161,7 +159,6 @@ more than the tolerance of an expectation of the joint's velocity.""",
     ),
     Rule(
         id="swinging-servo",
-        severity="warning",
         title="A position servo has almost no damping.",
         reason="""\
 A servo with stiffness kp, damping kv and a load of inertia I oscillates about its target with the damping ratio

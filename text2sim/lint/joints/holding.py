@@ -174,7 +174,6 @@ def _sags(joint: LoadedJoint) -> bool:
 RULES = (
     Rule(
         id="weak-motor",
-        severity="warning",
         title="A motor is too weak to hold the load of its joint.",
         reason="""\
 A motor gives at most `max_force`, and a stalled velocity motor at most its damping times the target speed. Gravity's
@@ -202,7 +201,6 @@ actions:
     ),
     Rule(
         id="servo-droop",
-        severity="warning",
         title="A position servo stays visibly away from its target under its load.",
         reason="""\
 A position motor is a spring and a damper to its target; the engine does not compensate gravity, and there is no
@@ -227,7 +225,6 @@ actions:
     ),
     Rule(
         id="idle-motor",
-        severity="warning",
         title="A joint has a motor that no control drives.",
         reason="""\
 An actuator does nothing until a control of kind `drive` gives it a target: it does not hold the start pose. The joint

@@ -103,7 +103,6 @@ actions:
 RULES = (
     Rule(
         id="target-out-of-range",
-        severity="warning",
         title="The target of a drive is outside the range of its joint.",
         reason="""\
 The joint stops at its limit, and its servo keeps pushing against it with the stiffness times the remaining distance. A
@@ -116,7 +115,6 @@ targets in radians.""",
     ),
     Rule(
         id="far-anchor",
-        severity="warning",
         title="A body turns about a point that is very far away.",
         reason=f"""\
 The `anchor` of a mount is a point of the axis in the body's own frame, in metres, and holds the body like a rod without

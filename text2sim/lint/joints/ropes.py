@@ -47,7 +47,6 @@ actions:
 RULES = (
     Rule(
         id="rope-load",
-        severity="warning",
         title="A light rope or chain carries so much that its links fly apart at this time step.",
         reason=f"""\
 Links of mass m and length l under the tension T vibrate transversely at up to 2 sqrt(T / (m l)), and the engine

@@ -114,7 +114,6 @@ bodies:
 RULES = (
     Rule(
         id="counted-twice",
-        severity="warning",
         title="Parts of a compound overlap, and their common volume counts twice.",
         reason="""\
 The mass of a compound is the sum of its parts, each with its whole volume: the engine ignores overlaps. A body whose

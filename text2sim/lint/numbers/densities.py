@@ -132,7 +132,6 @@ def _densities(value: object, where: Path) -> Iterator[tuple[Path, float]]:
 RULES = (
     Rule(
         id="implausible-density",
-        severity="warning",
         title="A density is implausible: it may be in g/cm3.",
         reason=f"""\
 Densities are in kg/m3: styrofoam has 20, wood 600, water 1000, steel 7800, osmium 22,600. A rigid body below

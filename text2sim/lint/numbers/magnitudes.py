@@ -144,7 +144,6 @@ def _remote(facts: Facts, copy: Copy) -> float | None:
 RULES = (
     Rule(
         id="too-small",
-        severity="warning",
         title="A body is too thin for the contacts of the scene.",
         reason=f"""\
 Contacts are soft. A body sinks into its support by about {SAG_FACTOR:g} g T^2 (measured), where T is the contact's
@@ -162,7 +161,6 @@ bodies:
     ),
     Rule(
         id="huge-body",
-        severity="warning",
         title="A body is so large that its unit is probably wrong.",
         reason=f"""\
 Lengths are in metres, but drawings and mesh files often are not. The rule reports bodies of more than {LARGE_BODY:g} m:
@@ -179,7 +177,6 @@ bodies:
     ),
     Rule(
         id="too-heavy",
-        severity="warning",
         title="A body is so heavy that the engine's contacts cannot carry it.",
         reason=f"""\
 The solver's inverse masses end at 1e-7: a heavier body sinks by {SINKING_PER_MASS:g} m per kilogram, however stiff its
@@ -196,7 +193,6 @@ bodies:
     ),
     Rule(
         id="far-away",
-        severity="warning",
         title="A body starts so far from the origin that rounding affects it.",
         reason=f"""\
 The engine computes in single precision, which rounds a position to {ROUNDING:g} of its value, 1 mm at 10 km. More than

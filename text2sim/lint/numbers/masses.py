@@ -173,7 +173,6 @@ bodies:
 RULES = (
     Rule(
         id="light-link",
-        severity="warning",
         title="A body or link is too light for the solver among all moving bodies.",
         reason="""\
 The constraint solver stops when the residual is small compared with the mass of all moving bodies. It may leave a link
@@ -192,7 +191,6 @@ bodies:
     ),
     Rule(
         id="mass-ratio",
-        severity="warning",
         title="A heavy body stands on, or hangs on, a light one.",
         reason="""\
 Contacts and welds of the engine are springs with a compliance proportional to the inverse mass of the body they act on:

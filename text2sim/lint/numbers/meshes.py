@@ -233,7 +233,6 @@ def _exact(facts: Facts) -> Iterator[tuple[_Use, DistanceField]]:
 RULES = (
     Rule(
         id="open-mesh",
-        severity="warning",
         title="A mesh whose volume gives the mass is not closed.",
         reason="""\
 Mass, centre of mass and inertia are those of the solid that a surface encloses. An open surface (an edge with one
@@ -249,7 +248,6 @@ bodies:
     ),
     Rule(
         id="inside-out-mesh",
-        severity="warning",
         title="The triangles of a mesh face inward.",
         reason="""\
 The corners of a triangle are in counterclockwise order, seen from outside. If all triangles have the opposite order,
@@ -279,7 +277,6 @@ bodies:
     ),
     Rule(
         id="slow-mesh",
-        severity="warning",
         title="A mesh for convex decomposition has very many triangles.",
         reason=f"""\
 With `collision: decompose` the engine computes convex pieces (CoACD) before the first run and caches them on this
@@ -295,7 +292,6 @@ bodies:
     ),
     Rule(
         id="coarse-field",
-        severity="warning",
         title="The field of an exact mesh has cells that are too large for its walls.",
         reason="""\
 With `collision: exact` the distance to the surface is known at the nodes of a grid and interpolated between them. In a
@@ -313,7 +309,6 @@ bodies:
     ),
     Rule(
         id="few-vertices",
-        severity="warning",
         title="An exact mesh has hardly any vertices on its faces.",
         reason="""\
 With `collision: exact` the engine looks up vertices of one body in the field of the other. It finds no contact where
@@ -330,7 +325,6 @@ bodies:
     ),
     Rule(
         id="convex-exact",
-        severity="warning",
         title="All meshes with exact collision are convex.",
         reason="""\
 `collision: exact` is for hollows, holes and threads. Two convex bodies collide as hulls in any case: the engine does

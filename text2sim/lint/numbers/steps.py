@@ -140,7 +140,6 @@ bodies:
 RULES = (
     Rule(
         id="fast-spin",
-        severity="warning",
         title="A body turns too far within a substep.",
         reason="""\
 The engine detects contacts once per substep. A body that turns by more than half a radian in that time enters others,
@@ -152,7 +151,6 @@ or jumps past them, before the contact is detected.""",
     ),
     Rule(
         id="fast-schedule",
-        severity="warning",
         title="A schedule changes faster than the time step.",
         reason="""\
 Targets, forces and prescribed motions are set once per time step. A sine with fewer than two steps per cycle aliases to

@@ -163,7 +163,6 @@ large.""",
     ),
     Rule(
         id="undamped-joints",
-        severity="warning",
         title="A chain of ball joints has no damping and no armature.",
         reason="""\
 An undamped tree of ball joints gains energy from the integrator: a chain of ten links flew apart at substeps of 10 ms

@@ -139,7 +139,6 @@ actions:
 RULES = (
     Rule(
         id="passes-at-rest",
-        severity="warning",
         title="All expectations would hold if nothing moved.",
         reason="""\
 A body is driven, pushed or dropped, but the case would pass if the engine did nothing. Such expectations do not test

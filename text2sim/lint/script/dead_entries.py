@@ -73,7 +73,6 @@ _POST = "scene: {statics: {post: {shape: {kind: box, size: [0.1, 0.1, 1]}, pose:
 RULES = (
     Rule(
         id="dead-measure",
-        severity="warning",
         title="A measure never changes.",
         reason="""\
 Position, displacement, tilt and rotation of a body are those of its root link. For an articulated body with a fixed

@@ -122,7 +122,6 @@ actions:
 RULES = (
     Rule(
         id="true-at-start",
-        severity="warning",
         title="The condition of an event holds when the run begins.",
         reason="""\
 Bodies that touch from the start have contact in the first step, and bodies at rest are at rest at once: such an event

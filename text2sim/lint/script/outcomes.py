@@ -218,7 +218,6 @@ for an event.""",
     ),
     Rule(
         id="cannot-fail",
-        severity="warning",
         title="An expectation cannot fail.",
         reason="""\
 By its definition the measure is always within the bounds, or its value at the start decides. Such an expectation passes

@@ -140,7 +140,6 @@ actions:
 RULES = (
     Rule(
         id="violent-push",
-        severity="warning",
         title="An impulse, a force or a start velocity is disproportionate.",
         reason="""\
 An impulse gives a free body `impulse / mass` at once, a force `force x dt / mass` in each time step. A body that then
@@ -153,7 +152,6 @@ moves by more than its own length per substep passes through others instead of h
     ),
     Rule(
         id="point-off-body",
-        severity="warning",
         title="A force or impulse acts at a point away from its body.",
         reason=f"""\
 A `point` is relative to the body's own origin, in metres. One that is farther from the body than

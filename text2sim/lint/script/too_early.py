@@ -109,7 +109,6 @@ actions:
 RULES = (
     Rule(
         id="too-soon",
-        severity="warning",
         title="An expectation comes before any body can reach its target.",
         reason="""\
 Start velocities, impulses and forces before the time t give a body at most a speed v, so nothing moves farther than

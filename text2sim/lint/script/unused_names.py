@@ -67,7 +67,6 @@ bodies:
 RULES = (
     Rule(
         id="unused-param",
-        severity="warning",
         title="A parameter that no expression uses.",
         reason="""\
 A parameter changes nothing by itself. One that no `${…}` uses is misspelt, or a leftover: a sweep over it would run the
@@ -79,7 +78,6 @@ same case again and again.""",
     ),
     Rule(
         id="unused-prefab",
-        severity="warning",
         title="A prefab of the case that no body uses.",
         reason="""\
 The section `prefabs` defines bodies that exist only where a body has `use`. One that nothing uses is misspelt, or a

@@ -218,7 +218,6 @@ def _top(facts: Facts, copy: Copy) -> float:
 RULES = (
     Rule(
         id="pressed-cloth",
-        severity="warning",
         title="A free rigid body lies on cloth that lies on another rigid body.",
         reason="""\
 Particles of cloth weigh a gram or less, and are pushed out of both bodies in turn; what presses them feels impulses
@@ -238,7 +237,6 @@ bodies:
     ),
     Rule(
         id="cloth-too-fast",
-        severity="warning",
         title="A cloth and a rigid body meet so fast that one passes through the other.",
         reason=f"""\
 At the end of a substep, particles of cloth closer to a rigid body than half of `particle_size` are pushed out: a body
@@ -261,7 +259,6 @@ actions:
     ),
     Rule(
         id="one-way-hold",
-        severity="warning",
         title="A soft body is attached to a free body, which does not feel it.",
         reason="""\
 The engine moves the attached points of soft bodies with their holder, without a reaction force: a free body to which a
@@ -283,7 +280,6 @@ actions:
     ),
     Rule(
         id="drag-diverges",
-        severity="warning",
         title="The air resistance of a cloth is too strong for its substeps.",
         reason=f"""\
 The engine subtracts the drag of a whole substep from the speed of each point: beyond 2 m / (c h), the point is thrown
@@ -304,7 +300,6 @@ bodies:
     ),
     Rule(
         id="cloth-sags",
-        severity="warning",
         title="A cloth of fine cells stretches under its own weight.",
         reason="""\
 The solver corrects the threads a few times in each substep, which carries the weight of what hangs only a few cells
@@ -331,7 +326,6 @@ actions:
     ),
     Rule(
         id="held-at-a-distance",
-        severity="warning",
         title="A corner or point is attached to a body that it does not touch.",
         reason="""\
 Attached points follow their holder at the distance that they have at the start: the physics is correct, but the film

@@ -155,7 +155,6 @@ bodies:
     ),
     Rule(
         id="slow-scene",
-        severity="warning",
         title="A scene with deformable bodies takes more than half an hour.",
         reason=f"""\
 On two cores, a substep takes about 1 ms plus {TIME_PER_POINT["mpm"] * 1e6:g} us per mpm particle, 1.4 ms plus

@@ -78,7 +78,6 @@ def _model(facts: Facts) -> Iterator[Problem]:
 RULES = (
     Rule(
         id="too-few-elements",
-        severity="warning",
         title="A bar or plate has too few elements through its thickness, and is too stiff.",
         reason=f"""\
 Linear tetrahedra lock in bending. Measured at the tip of a cantilever of 0.3 m by 60 mm, against Euler-Bernoulli theory
@@ -101,7 +100,6 @@ bodies:
     ),
     Rule(
         id="nearly-incompressible",
-        severity="warning",
         title="A Poisson's ratio is so close to 0.5 that the method fails.",
         reason="""\
 Towards 0.5 the bulk modulus goes to infinity. Linear tetrahedra then lock entirely; particles on a grid need shorter

@@ -42,7 +42,6 @@ def _narrow_foot(facts: Facts) -> Iterator[Problem]:
 RULES = (
     Rule(
         id="narrow-foot",
-        severity="warning",
         title="A tall body stands on an mpm body with a foot so narrow that it tips over.",
         reason=f"""\
 The grid of mpm bodies feels rigid ones at its nodes only, and a narrow foot has too few of them to hold a body upright.

@@ -137,7 +137,6 @@ bodies:
     ),
     Rule(
         id="thin-soft-body",
-        severity="warning",
         title="An mpm body is too thin for the grid to hold it together.",
         reason=f"""\
 A body needs {MIN_CELLS:g} cells through its thinnest part (letters with such strokes fell, bent and held); with fewer
@@ -153,7 +152,6 @@ bodies:
     ),
     Rule(
         id="soft-too-near",
-        severity="warning",
         title="Mpm bodies are so close at the start that they already touch.",
         reason=f"""\
 Mpm bodies have contact through their common grid, below a distance of 1.6 cells: two cubes at rest on each other have a

@@ -97,7 +97,6 @@ bodies:
 RULES = (
     Rule(
         id="squashes-itself",
-        severity="warning",
         title="A deformable body is too soft to carry its own weight.",
         reason="""\
 The pressure at the base of a body of height h is `density g h`. If that exceeds its stiffness, the body collapses under
@@ -110,7 +109,6 @@ MPa.""",
     ),
     Rule(
         id="coarse-cloth",
-        severity="warning",
         title="A cloth has too few particles to fold.",
         reason=f"""\
 A cloth bends where its triangles meet, and has contact at their corners: between them it is a plate that misses smaller

@@ -165,7 +165,6 @@ bodies:
     ),
     Rule(
         id="sap-touches-all",
-        severity="warning",
         title="Contact model sap ignores `touch_soft: false`.",
         reason="""\
 The sap coupler includes every rigid shape, whatever `material.touch_soft` is: a hook pushes the soft body that it

@@ -155,7 +155,6 @@ bodies:
     ),
     Rule(
         id="floats-on-bounds",
-        severity="warning",
         title="The bounds of a solver begin above the ground, and bodies rest on them.",
         reason=f"""\
 Bounds are walls for the bodies of their solver, and those of mpm are {PADDING} cells thick: with bounds that begin at a
@@ -171,7 +170,6 @@ bodies:
     ),
     Rule(
         id="leaves-bounds",
-        severity="warning",
         title="A deformable body may leave the bounds of its solver, which are walls.",
         reason="""\
 The mpm grid and the pbd hash cover a box and stop bodies at its sides, without an error. Derived bounds have room for

@@ -149,7 +149,6 @@ def _dry(facts: Facts) -> Iterator[Problem]:
 RULES = (
     Rule(
         id="soft-inside",
-        severity="warning",
         title="A deformable body starts inside a rigid one, or below the ground.",
         reason="""\
 The solvers only know the positions of points, not their history. Particles of cloth inside a rigid body are moved to
@@ -165,7 +164,6 @@ bodies:
     ),
     Rule(
         id="soft-in-soft",
-        severity="warning",
         title="Two fem bodies, or two cloths, start in each other.",
         reason=f"""\
 Contact of points and tetrahedra depends only on their positions: bodies that start in each other are thrown apart, or

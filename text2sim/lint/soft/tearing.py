@@ -125,7 +125,6 @@ _JELLY = "{kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, po
 RULES = (
     Rule(
         id="tearing-force",
-        severity="warning",
         title="A force acts on such a small part of an mpm body that it tears.",
         reason=f"""\
 Particles hold together as long as they share grid nodes: parts more than two cells apart are separate from then on, for
@@ -145,7 +144,6 @@ actions:
     ),
     Rule(
         id="tears-itself",
-        severity="warning",
         title="A body with a tear_stretch tears by its own weight.",
         reason="""\
 The foot of a body of height h bears `rho g h`. Divided by its stiffness that is the strain at its top as it hangs by an

@@ -175,7 +175,6 @@ actions:
     ),
     Rule(
         id="unheeded-stuff",
-        severity="warning",
         title="The solver ignores a value of a material, or a contact model has nothing to do.",
         reason="""\
 Cloth of solver pbd has compliances in stretch and bending, in units of that method; cloth of solver ipc is an elastic

@@ -148,7 +148,6 @@ def opening(shape: Any) -> float | None:
 RULES = (
     Rule(
         id="thin-wall",
-        severity="warning",
         title="A wall or plate is too thin, and mpm bodies pass through it.",
         reason=f"""\
 The mpm grid detects rigid bodies only at its nodes. Measured with a piston on soft cubes, of 1668 particles: 440 passed
@@ -175,7 +174,6 @@ bodies:
     ),
     Rule(
         id="narrow-opening",
-        severity="warning",
         title="An opening is too narrow for the grid.",
         reason=f"""\
 Particles feel a wall at a distance of half a cell. Sand ran steadily through a neck with a radius of 2.6 cells; a soft

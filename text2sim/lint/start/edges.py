@@ -134,7 +134,6 @@ bodies:
 RULES = (
     Rule(
         id="on-edge",
-        severity="warning",
         title="A box or a polyhedron starts on an edge or a corner.",
         reason="""\
 A body that touches its support only with an edge is not in balance: it tips before anything else happens. On a slope,

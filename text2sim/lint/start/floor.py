@@ -100,7 +100,6 @@ def _comes_down(facts: Facts, copy: Copy, grounds: list[Ground]) -> Vec | None:
 RULES = (
     Rule(
         id="under-floor",
-        severity="warning",
         title="A body is partly or entirely below a plane at the start.",
         reason="""\
 A plane is solid below. A body partly below it is thrown out as from an overlap; one entirely below it no longer touches
@@ -116,7 +115,6 @@ bodies:
     ),
     Rule(
         id="floor-ends",
-        severity="warning",
         title="A body starts, or comes down, beside the ground.",
         reason="""\
 The engine's plane is as large as it is drawn (`size`, 40 m by default): a body beyond its edge touches nothing and

@@ -233,7 +233,6 @@ def _blocked(facts: Facts, a: Copy, b: Copy, escape: Escape, effort: Effort) -> 
 RULES = (
     Rule(
         id="overlap",
-        severity="warning",
         title="Two bodies overlap at the start.",
         reason=f"""\
 The engine treats an overlap as a compressed contact and pushes the bodies apart, at {PUSH_FACTOR:g} m/s for each metre

@@ -81,7 +81,6 @@ def _overlapping(copy: Copy, tree: Tree, pairs: set[tuple[str, str]]) -> dict[tu
 RULES = (
     Rule(
         id="self-overlap",
-        severity="warning",
         title="Links of one body with self-collision overlap at the start.",
         reason="""\
 With `self_collision`, links that are not neighbours collide. But the engine treats pairs that overlap where all joints

@@ -79,7 +79,6 @@ def _caught(facts: Facts, copy: Copy, resting: list[tuple[Copy, Bounds]]) -> boo
 RULES = (
     Rule(
         id="upward-gravity",
-        severity="warning",
         title="Gravity lifts bodies from the ground.",
         reason="""\
 The z axis points up, so gravity has a negative z component: the default is [0, 0, -9.81]. With a positive one all free
@@ -111,7 +110,6 @@ bodies:
     ),
     Rule(
         id="falls-for-ever",
-        severity="warning",
         title="A free body has nothing below it to rest on.",
         reason=f"""\
 There is gravity and no plane, and nothing that is held is below the body within its reach. It falls by half of gravity
