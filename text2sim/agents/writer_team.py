@@ -78,7 +78,9 @@ class Workshop:
             text = revising.with_sections(text, {"bodies": bodies | supplies.bodies})
         shapes = [f"`{body}`: {yaml_text({'shape': shape})}" for body, shape in supplies.shapes.items()]
         instruction = "\n".join(["Made by an expert, to be used as it is:", *supplies.words, *shapes])
-        return text, [_route("bodies", instruction)] if supplies.words else []
+        # Made without validation: an answer's instruction may not be that long.
+        route = Route.model_construct(section="bodies", instruction=instruction, cards=[])
+        return text, [route] if supplies.words else []
 
     def fix_sections(
         self, text: str, owners: Mapping[str, Sequence[str]], instruction: str
@@ -153,11 +155,6 @@ class Workshop:
             elif not isinstance(answer, Unchanged):
                 written[section] = whole_actions(self.agreement.plan, answer) if section == "actions" else answer
         return revising.with_sections(text, written), referrals
-
-
-def _route(section: Any, instruction: str) -> Route:
-    """A route without the length limit of answers."""
-    return Route.model_construct(section=section, instruction=instruction, cards=[])
 
 
 def _run_concurrently(jobs: Mapping[str, Callable[[], T]]) -> dict[str, T]:
