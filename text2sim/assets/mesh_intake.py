@@ -54,7 +54,7 @@ def read_surface(path: Path, up: Up | None = None) -> tuple[TriangleMesh, tuple[
     axes = UPRIGHT[up or ("y" if suffix in (".glb", ".gltf") else "z")]
     turned = np.stack([surface.vertices[:, axis] * sign for axis, sign in axes], axis=1)
     notes = tuple(f"left out: `{name}`, which is not beside the file" for name in neighbours.refused)
-    return welded(surface.move(turned), 0.0), notes
+    return welded(replace(surface, vertices=turned), 0.0), notes
 
 
 def _load(content: bytes, suffix: str, neighbours: "_Beside") -> Any:

@@ -2,7 +2,7 @@
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -159,7 +159,7 @@ def _scaled(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> Triangl
     factor = goal.size / length
     if not math.isclose(factor, 1.0, rel_tol=1e-9):
         done.append(f"scaled by {factor:.4g}")
-    return surface.move(surface.vertices * factor)
+    return replace(surface, vertices=surface.vertices * factor)
 
 
 def _move_origin(surface: TriangleMesh, origin: Origin, done: list[str]) -> TriangleMesh:
@@ -174,7 +174,7 @@ def _move_origin(surface: TriangleMesh, origin: Origin, done: list[str]) -> Tria
     if np.abs(middle).max() > 1e-9 * surface.diagonal:
         word = "middle of its base" if origin == "base" else "centre of mass"
         done.append(f"moved the origin to the {word}")
-    return surface.move(surface.vertices - middle)
+    return replace(surface, vertices=surface.vertices - middle)
 
 
 def _center_of_mass(surface: TriangleMesh) -> np.ndarray:

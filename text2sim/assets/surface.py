@@ -87,10 +87,6 @@ class TriangleMesh:
             rgba=None if self.rgba is None else turned(self.rgba),
         )
 
-    def move(self, vertices: Array) -> "TriangleMesh":
-        """Return the surface with other positions of its vertices."""
-        return replace(self, vertices=vertices)
-
     @cached_property
     def edge_counts(self) -> tuple[int, int]:
         """Numbers of edges with one triangle, and with more than two."""

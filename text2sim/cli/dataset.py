@@ -90,7 +90,6 @@ def build_dataset(
     callbacks = {"tell": tell, "announce": announce, "complete": complete}
     tally = build(wanted, recipe.parent, out, runs, where=where, dropped=dropped, scores=scores, **callbacks)
     _say_built(tally, out, monotonic() - begun, as_json=as_json)
-    raise typer.Exit(exits.OK)
 
 
 def _say_built(tally: "Tally", folder: Path, took: float, *, as_json: bool) -> None:
@@ -147,7 +146,6 @@ def questions(folder: Folder, as_json: AsJson = False) -> None:
         say(f"correct by chance: {found['by_chance']:.2f}")
         say(f"by words, learned from other cases: {found['by_words']:.2f}")
         say(f"by the most frequent answer to each wording: {found['by_wording']:.2f}")
-    raise typer.Exit(exits.OK)
 
 
 @dataset.command("review")
@@ -163,7 +161,6 @@ def review(
     path = folder.with_name(f"{folder.name}-review.html")
     count = write_review(folder, path, read_decisions(decisions), everything=everything)
     say(f"{count} items: {display_path(path)}")
-    raise typer.Exit(exits.OK)
 
 
 def _require() -> None:

@@ -7,7 +7,6 @@ import typer
 
 from text2sim.cli.options import AsJson
 from text2sim.cli.output import say, say_json
-from text2sim.service import exits
 from text2sim.service.phrases import display_path
 
 
@@ -36,4 +35,3 @@ def export(
             say(f"{display_path(path)}: {counts['bodies']} bodies in {counts['frames']} frames, {size}")
     if as_json:
         say_json({"ok": True, "files": rows})
-    raise typer.Exit(exits.OK)

@@ -8,7 +8,6 @@ import typer
 from text2sim.cli.options import AsJson
 from text2sim.cli.output import say, say_json
 from text2sim.recording.record import RunRecord
-from text2sim.service import exits
 from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import RunError
 
@@ -36,4 +35,3 @@ def replay(
         say_json({"ok": True, "file": str(path), "bytes": path.stat().st_size})
     else:
         say(f"replay: {display_path(path)}, {path.stat().st_size / 1e6:.1f} MB")
-    raise typer.Exit(exits.OK)

@@ -6,6 +6,7 @@ A pure function of the recorded states and the case: judging again needs no simu
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import asdict
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -87,7 +88,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
                 "dt": states.dt,
                 "frames": states.frames,
             },
-            "expect": {finding.name: finding.as_dict() for finding in findings},
+            "expect": {finding.name: asdict(finding) for finding in findings},
             "measures": {name: _summary(states.time, row) for name, row in series.items()},
             "events": {name: _times(events, name) for name in events.occurrences},
             "energy": diagnostics.energy_account(recording),

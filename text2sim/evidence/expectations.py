@@ -1,7 +1,7 @@
 """Expectations: evaluation of each against measures and events."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -51,10 +51,6 @@ class Finding:
     """What was found, in words."""
     at: float | None = None
     """When it was decided [s]: the event's first time, the time asked for, or that of the worst value or extreme."""
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the finding as plain data."""
-        return asdict(self)
 
 
 def judge_expectations(
