@@ -54,6 +54,15 @@ def test_without_a_camera_all_that_moves_is_framed_with_what_stands_near():
     assert (high > (3, 2, 2)).all()
 
 
+@pytest.mark.parametrize(("mast", "bare"), [(1.6, {"cart": ["cart.bed"]}), (0.8, None)])
+def test_decor_that_is_far_larger_than_its_body_is_not_framed(mast, bare):
+    cart = f"""cart: {{shape: {{kind: compound, parts: {{
+      bed: {{shape: {{kind: box, size: [0.3, 0.2, 0.1]}}}},
+      mast: {{shape: {{kind: cylinder, radius: 0.01, height: {mast}}}, pose: {{pos: [0, 0, {mast / 2}]}}, decor: true}}
+    }}}}, pose: {{pos: [0, 2, 1]}}}}"""
+    assert film(wall=cart)["auto"].get("bare") == bare
+
+
 @pytest.mark.parametrize(
     ("wall", "side"),
     [

@@ -58,6 +58,16 @@ def test_a_dark_floor_makes_the_picture_brighter():
     assert film(look=", look: {color: black}")["gain"] > film()["gain"] > film(look=", look: {color: white}")["gain"]
 
 
+def test_lights_of_the_case_are_exposed_as_those_of_its_place():
+    own = "key: {kind: softbox, direction: [1, 1, -1], strength: 3.8, color: '#fff4e6'}"
+    fill = "fill: {kind: environment, strength: 0.03, color: '#f0f4fb'}"
+    for place in ("workshop", "studio"):
+        same = film(f"{{setting: {place}, lights: {{{own}, {fill}}}}}")["gain"]
+        assert same == pytest.approx(film(f"{{setting: {place}}}")["gain"], rel=1e-3), "those of the place, written out"
+    brighter = film(f"{{setting: studio, exposure: 1, lights: {{{own}, {fill}}}}}")["gain"]
+    assert brighter == pytest.approx(2 * same, rel=1e-3)
+
+
 @pytest.mark.parametrize("pattern", SURFACES)
 def test_a_texture_keeps_the_colour_and_has_no_seam(pattern):
     made = texture(pattern)

@@ -43,6 +43,47 @@ def test_names_and_times(render, path, rule, hint):
     assert found(render) == [(path, rule, hint)]
 
 
+FRAMED = """
+text2sim: 2
+name: framed
+scene: {duration: 1}
+bodies:
+  chain: {kind: chain, links: 4, link_length: 0.1, radius: 0.01, pose: {pos: [0, 0, 2]}}
+  cart:
+    kind: rigid
+    shape:
+      kind: compound
+      parts:
+        bed: {shape: {kind: box, size: [0.4, 0.2, 0.1]}}
+        flag: {shape: {kind: box, size: [0.1, 0.01, 0.1]}, pose: {pos: [0, 0, 0.3]}, decor: true}
+    repeat: {kind: grid, counts: [2, 1, 1], spacing: [1, 1, 1]}
+render: {cameras: {a: {kind: still, frame: [NAME]}}}
+"""
+
+
+@pytest.mark.parametrize("name", ["chain.link_*", "cart.bed", "cart[0].b*", "cart[*]", "chain.link_2"])
+def test_a_frame_takes_what_measures_take(name):
+    render = resolve_case(load_text(FRAMED.replace("NAME", f"'{name}'"))).plan.render
+    assert render["cameras"]["a"]["frame"]["bodies"] == [name.replace("[*]", "")]
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("chain.knot_*", "`chain` has no link `knot_*`"),
+        ("cart.bad", "`cart` has no part `bad`"),
+        ("cart.flag", "part `flag` of `cart` is only drawn (decor: true)"),
+        ("cart[7].bed", "`cart` has 2 copies"),
+    ],
+)
+def test_a_frame_that_names_nothing(name, said):
+    with pytest.raises(SpecError) as error:
+        resolve_case(load_text(FRAMED.replace("NAME", f"'{name}'")))
+    (problem,) = error.value.problems
+    assert problem.path == "/render/cameras/a/frame/0"
+    assert said in problem.message
+
+
 @pytest.mark.parametrize(
     ("render", "path", "said"),
     [

@@ -332,3 +332,20 @@ def test_what_moves_in_a_glass_is_seen_with_all_of_the_glass():
     ways = Ways({"ball": ((0.08, 0.08, 0.08), sinks), "glass": ((0.15, 0.15, 0.4), standing(0, 0, 0.4))})
     filled = sizes(directed(film(["ball"], ["glass"]), ways), lambda t: ways.bounds(["glass"], t))
     assert filled.min() > 0.6
+
+
+def test_a_body_with_far_larger_decor_is_seen_as_near_as_without():
+    def rolls(t):
+        return np.array([0.3 * t - 1, 0, 0.1])
+
+    def distance(auto, things):
+        given = film(["cart"])
+        camera = directed(given | {"auto": given["auto"] | auto}, Ways(things))["cameras"]["main"]
+        pos, look_at, _ = place(camera, 1.0, 0.0, None)
+        return np.linalg.norm(np.subtract(pos, look_at))
+
+    bed, whole = ((0.15, 0.1, 0.1), rolls), ((0.15, 0.1, 2.0), rolls)
+    alone = distance({}, {"cart": bed})
+    flagged = {"cart": whole, "cart.bed": bed}
+    assert distance({}, flagged) > 1.5 * alone
+    assert distance({"bare": {"cart": ["cart.bed"]}}, flagged) < 1.2 * alone

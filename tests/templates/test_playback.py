@@ -57,6 +57,33 @@ def test_bounds_go_with_the_bodies(folder):
     assert len(states.bounds(["nobody"], 0.0)) == 0
 
 
+def test_bounds_of_patterns_and_of_parts_of_compounds(folder):
+    here = {"pos": [0, 0, 0], "quat": [1, 0, 0, 0]}
+    parts = [
+        here | {"part": "base", "kind": "box", "size": [4, 2, 1]},
+        here | {"part": "knob", "kind": "cylinder", "size": [0.5, 3], "pos": [1, 0, 0]},
+        here | {"part": "kneeler", "kind": "mesh", "mesh": "cube.npz"},
+        here | {"part": "ball", "kind": "sphere", "size": [2]},
+        here | {"part": "pill", "kind": "capsule", "size": [1, 4]},
+    ]
+    (folder / "geometry" / "solids.json").write_text(json.dumps({"2": parts}))
+    states = States(folder)
+
+    def box(name, t=0.0):
+        points = states.bounds([name], t)
+        return [*points.min(axis=0).round(6).tolist(), *points.max(axis=0).round(6).tolist()]
+
+    assert box("drum.r*") == box("drum.*") == box("drum.rim")
+    assert len(states.bounds(["drum.*x"], 0.0)) == 0
+    assert box("brick[0].base", 0.5) == [-1.5, -1, -0.5, 2.5, 1, 0.5]
+    assert box("brick.knob") == [0.5, -0.5, -1.5, 1.5, 0.5, 1.5]
+    assert box("brick.kn*") == [-1, -1, -1.5, 1.5, 1, 1.5]
+    assert box("brick.ball") == [-2, -2, -2, 2, 2, 2]
+    assert box("brick[0].b*") == [-2, -2, -2, 2, 2, 2], "parts, not the link `brick`"
+    assert box("brick.pill") == [-1, -1, -3, 1, 1, 3]
+    assert box("brick[0]") == [-1, -1, -1, 1, 1, 1], "what is drawn of it"
+
+
 def test_only_what_is_outermost_counts():
     ball = np.random.default_rng(0).normal(size=(500, 3))
     found = outermost(ball)

@@ -10,15 +10,17 @@ from text2sim.compiler.looks import has_glass
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.selection import select
+from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.piece import Ball
 from text2sim.compiler.shapes.regions import RegionError
-from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_from_euler_deg, quat_rotate, vector_plus
+from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, quat_from_euler_deg, quat_rotate, vector_plus
 from text2sim.compiler.trees.tree import Tree, link_frame
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.cameras import Camera, Dolly, Follow, Keyframed, Mounted, Orbit, Still
 from text2sim.spec_schema.models.regions import BodyPoint
+from text2sim.spec_schema.names.name_table import touching_parts
 from text2sim.spec_schema.names.selectors import body_of, parse_selector
 from text2sim.templates.viewpoints import basis
 
@@ -35,6 +37,9 @@ MAX_STRAY_SCENE_SIZES, MAX_STRAY_BODY_SIZES = 2.5, 20.0
 all began: any farther, and nothing would be large enough to recognise."""
 MAX_STATIC_DISTANCE, MAX_STATIC_SIZE = 2.0, 3.0
 """A static nearer than this many sizes of what moves is shown too, if it is not larger than this many."""
+
+MAX_DECOR_SIZE = 3.0
+"""That camera frames a body without its decor if that makes it more than this many times as large."""
 
 
 class FilmedScene(NamedTuple):
@@ -180,10 +185,29 @@ def derived_decisions(scene: FilmedScene, *, paced: bool, lit: bool) -> dict[str
     clear = [name for name, copies in scene.placed.items() if any(has_glass(copy) for copy in copies)]
     near = _near_statics(_to_the_ground(scene.around(scene.moving), scene), scene)
     standing = [name for name in statics if not all(_is_plane(copy) for copy in scene.placed[name])]
+    bare = _bare(scene)
     return {
         "times": not paced, "camera": True, "turn_lights": not lit, "moving": [*scene.moving], "statics": near,
-        "standing": standing, "clear": clear,
+        "standing": standing, "clear": clear, **({"bare": bare} if bare else {}),
     }  # fmt: skip
+
+
+def _bare(scene: FilmedScene) -> dict[str, list[str]]:
+    """Return the parts that touch, by name of the body, of bodies whose decor is far larger."""
+    found = {}
+    for name, copies in scene.placed.items():
+        parts = touching_parts(copies[0].model) if copies else []
+        if not parts:
+            continue
+        whole = copies[0].model.shape
+        drawn = {key: part.model_copy(update={"decor": False}) for key, part in whole.parts.items()}
+        size, drawn_size = (
+            _longest(*extents(shape, IDENTITY, scene.points.folder))
+            for shape in (whole, whole.model_copy(update={"parts": drawn}))
+        )
+        if parts == [*whole.solids] and drawn_size > MAX_DECOR_SIZE * size:
+            found[name] = [f"{name}.{part}" for part in parts]
+    return found
 
 
 def resolve_target(target: Any, scene: FilmedScene) -> Vec:

@@ -140,9 +140,10 @@ def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) ->
         for light in lights.values():
             if light["kind"] == "environment":
                 light["strength"] = render.ambient
-    stops = render.exposure + (studio.stops if not render.lights else 0.0)
+    # Lights of the case in a named place are exposed as those of the place: for its floor, and as bright.
+    stops = render.exposure + (studio.stops if place or not render.lights else 0.0)
     floor = floor_of(place, scene, radius, named=render.setting is not None) if place else None
-    if floor is not None and not render.lights:
+    if floor is not None:
         stops += adapted(floor)
     ground = ground_planes(scene)
     kind = render.backdrop or (place.backdrop if place else studio.backdrop)

@@ -55,7 +55,13 @@ class Layer:
 
 
 def decorated(
-    mesh: RenderMesh, decoration: Decoration, own: tuple[float, float, float], turn: Array, *, textured: bool = False
+    mesh: RenderMesh,
+    decoration: Decoration,
+    own: tuple[float, float, float],
+    turn: Array,
+    *,
+    textured: bool = False,
+    strand: bool = False,
 ) -> tuple[RenderMesh, Layer, NDArray[np.integer]]:
     """Lay a pattern on a mesh.
 
@@ -65,6 +71,7 @@ def decorated(
         own: Colour of the body, sRGB.
         turn: Rotation from the mesh's frame to the link's, shape (3, 3).
         textured: Whether the finish below has a texture, which uses the same texture coordinates.
+        strand: Whether it is a capsule of a strand, see `strands.py`: the pattern runs on beyond its ends.
 
     Returns:
         The mesh with texture coordinates in metres, the layer, and the original vertex of each of its vertices.
@@ -72,7 +79,7 @@ def decorated(
     upright = decoration.kind not in ("planks", "stripes")
     if mesh.uvs is None:
         vertices, normals = _upright(mesh, turn)
-        flat = unfold(vertices, mesh.faces, normals, upright=upright)
+        flat = unfold(vertices, mesh.faces, normals, upright=upright, strand=strand)
     else:
         vertices, wide = mesh.uvs, np.ptp(mesh.uvs, axis=0)
         own_sheet = Sheet("+z", float(wide[0]), float(wide[1]))
@@ -86,6 +93,8 @@ def decorated(
                 corners, layer = found.vertices, _dot_layer(decoration.color, own, size)
                 return RenderMesh(mesh.vertices[corners], found.faces, mesh.normals[corners], found.uvs), layer, corners
         factors = np.array([fitted(decoration.kind, size, sheet.width, sheet.height) for sheet in flat.sheets])
+        if strand:
+            factors[:, 1] = 1.0
         uvs = flat.uvs * factors[flat.sheet]
         uvs = uvs[:, ::-1] if decoration.turned else uvs
         layer = _tiled(decoration.kind, decoration.color, () if decoration.kind in PLAIN else own, not turned, size)
@@ -97,13 +106,32 @@ def decorated(
     return RenderMesh(mesh.vertices[corners], flat.faces, mesh.normals[corners], uvs), layer, corners
 
 
+def run_on(mesh: RenderMesh, away: Array, turn: Array, *, turned: bool) -> RenderMesh:
+    """Return a mesh of a strand whose pattern goes on from that of the links before.
+
+    Args:
+        mesh: Mesh with texture coordinates [m].
+        away: Way along the strand from the first link [m], in the link's frame, shape (3,).
+        turn: Rotation from the mesh's frame to the link's, shape (3, 3).
+        turned: Whether the pattern is rotated by 90 degrees.
+    """
+    along = _square(turn) @ turn.T @ away
+    shift = along[np.abs(along).argmax()]
+    assert mesh.uvs is not None
+    return replace(mesh, uvs=mesh.uvs + ((shift, 0.0) if turned else (0.0, shift)))
+
+
+def _square(turn: Array) -> Array:
+    square = np.round(turn)
+    return square if np.abs(square - turn).max() < 1e-3 else np.eye(3)
+
+
 def _upright(mesh: RenderMesh, turn: Array) -> tuple[Array, Array]:
     """Return vertices and normals about the centre, with z up as in the link, or along the axis of a round part.
 
     The engine rotates meshes of parts to their principal axes. A part that is oblique in its link keeps its own frame.
     """
-    square = np.round(turn)
-    square = square if np.abs(square - turn).max() < 1e-3 else np.eye(3)
+    square = _square(turn)
     vertices, normals = mesh.vertices @ square.T, mesh.normals @ square.T
     vertices = vertices - (vertices.min(axis=0) + vertices.max(axis=0)) / 2
     for order in ([0, 1, 2], [1, 2, 0], [2, 0, 1]):

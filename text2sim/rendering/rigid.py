@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from text2sim.assets.surface import scaled_normals
 from text2sim.compiler.shapes.rotation import quats_to_matrices
 from text2sim.recording.film_record import Cut, WornMesh
-from text2sim.rendering.decorating import Layer, decorated, shifted, toned
+from text2sim.rendering.decorating import Layer, decorated, run_on, shifted, toned
 from text2sim.rendering.finishes import EDGE_TINT, SCATTERED, drawn_finish, finish_of, material, needs_uvs
 from text2sim.rendering.meshes import RenderMesh, boxed_uvs, read_mesh
 from text2sim.rendering.shapes import filtering, mesh_shape, shaded
+from text2sim.rendering.strands import is_strand, numbers_in_rows
 from text2sim.rendering.wetting import Wall
 
 Array = NDArray[np.floating]
@@ -137,7 +138,8 @@ def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float
     read: dict[Any, RenderMesh] = {}
     laid: dict[Any, tuple[RenderMesh, Layer]] = {}
     sorted_parts: dict[BatchMaterial, list[tuple[WornMesh, RenderMesh]]] = {}
-    for part in parts:
+    in_rows = numbers_in_rows(parts)
+    for number, part in enumerate(parts):
         look = part.look
         if not look.visible or look.opacity <= 0:
             continue
@@ -151,16 +153,10 @@ def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float
             read[key] = mesh
         mesh, layer = read[key], None
         if look.decoration is not None and finish_of(finish).kind != "clear":
-            own = part.mesh, look.decoration, look.color, tuple(part.quat)
-            if own not in laid:
-                if part.mesh not in read:
-                    read[part.mesh] = read_mesh(part.mesh, rounded=look.cut is None)
-                plain = replace(read[part.mesh], uvs=None)
-                turn = quats_to_matrices(np.array([part.quat]))[0]
-                laid[own] = decorated(plain, look.decoration, look.color, turn, textured=needs_uvs(finish))[:2]
-            mesh, layer = laid[own]
-            if look.decoration.repeats:
-                mesh = shifted(mesh, part.body, layer.unit)
+            if part.mesh not in read:
+                read[part.mesh] = read_mesh(part.mesh, rounded=look.cut is None)
+            plain = replace(read[part.mesh], uvs=None)
+            mesh, layer = _decorated(plain, part, in_rows.get(number), laid, textured=needs_uvs(finish))
         elif key[1] and look.picture is None and look.cut is None:
             mesh = shifted(mesh, part.body, None)
         # A texture without texture coordinates is not visible.
@@ -178,6 +174,32 @@ def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float
         Batch(f"rigid{k}", shared, [part for part, _ in rows], [mesh for _, mesh in rows])
         for k, (shared, rows) in enumerate(sorted_parts.items())
     ]
+
+
+def _decorated(
+    mesh: RenderMesh, part: WornMesh, number: int | None, laid: dict[Any, tuple[RenderMesh, Layer]], *, textured: bool
+) -> tuple[RenderMesh, Layer]:
+    """Return the mesh of a part with texture coordinates for its pattern, and the pattern.
+
+    Args:
+        mesh: The mesh.
+        part: The part.
+        number: Its number in a row of links that are alike.
+        laid: Meshes that were decorated before; it is added to them.
+        textured: Whether the finish below has a texture, too.
+    """
+    look, turn = part.look, quats_to_matrices(np.array([part.quat]))[0]
+    assert look.decoration is not None
+    in_strand = number is not None and look.decoration.kind != "dots" and is_strand(mesh, part)
+    own = part.mesh, look.decoration, look.color, tuple(part.quat), in_strand
+    if own not in laid:
+        laid[own] = decorated(mesh, look.decoration, look.color, turn, textured=textured, strand=in_strand)[:2]
+    mesh, layer = laid[own]
+    if look.decoration.repeats:
+        mesh = shifted(mesh, part.body, layer.unit)
+        if in_strand and number:
+            mesh = run_on(mesh, 2 * number * np.array(part.pos), turn, turned=look.decoration.turned)
+    return mesh, layer
 
 
 def narrow_sides(mesh: RenderMesh) -> RenderMesh | None:

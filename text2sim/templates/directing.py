@@ -59,6 +59,8 @@ def directed(film: dict, states: Any) -> dict:
     auto = film.get("auto")
     if not auto or not hasattr(states, "tracks") or not film["cameras"]:
         return film
+    if auto.get("bare"):
+        states = _Bare(states, auto["bare"])
     name, camera = next(iter(film["cameras"].items()))
     moving, last = auto["moving"], float(states.time[-1])
     times = np.linspace(film["start"], max(min(film["end"], last), film["start"]), MOMENTS)
@@ -79,6 +81,30 @@ def directed(film: dict, states: Any) -> dict:
     if auto["camera"]:
         made["cameras"] = {name: _along(camera, made | {"auto": auto}, states)}
     return made
+
+
+class _Bare:
+    """Recorded states in which some bodies are as large as the parts that touch: without far larger decor.
+
+    Args:
+        states: See `playback.States`.
+        parts: Names of these parts by name of the body.
+    """
+
+    def __init__(self, states: Any, parts: dict[str, list[str]]):
+        self._states, self._parts = states, parts
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._states, name)
+
+    def bounds(self, bodies: list[str], t: float) -> np.ndarray:
+        return self._states.bounds(self._bare(bodies), t)
+
+    def tracks(self, bodies: list[str], t: float) -> np.ndarray:
+        return self._states.tracks(self._bare(bodies), t)
+
+    def _bare(self, bodies: list[str]) -> list[str]:
+        return [part for name in bodies for part in self._parts.get(name, [name])]
 
 
 def _size(camera: dict, tracks: np.ndarray) -> float:

@@ -1,6 +1,7 @@
 """Playback of the recorded states of a run: poses at any time between the first frame and the last."""
 
 import json
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import NamedTuple
 
@@ -122,7 +123,8 @@ class States:
         """Outermost points of the visible surfaces of bodies [m], shape (n, 3).
 
         Args:
-            bodies: Names such as `ball`, `brick` for all its copies, `brick[3]`, or `arm.hand` for a link.
+            bodies: Names such as `ball`, `brick` for all its copies, `brick[3]`, `arm.hand` for a link, `net.x5_*` for
+                several, or `cart.hook` for a part of a compound that others touch.
             t: Simulated time [s].
         """
         links, local, soft = self._named(bodies)
@@ -141,8 +143,7 @@ class States:
     def boxes(self, bodies: list[str]) -> Boxes:
         """Bounding boxes of bodies, named as in `bounds`."""
         geometry = self._out / "geometry"
-        path = geometry / "index.json"
-        pieces = json.loads(path.read_text()) if path.is_file() else {}
+        pieces = _listed(geometry / "index.json")
         names, rows, ends = [], [], {}
         for i, link in enumerate(self.layout["links"]):
             if any(_means(name, link["body"], link["link"]) for name in bodies):
@@ -197,17 +198,24 @@ class States:
     def _choose(self, bodies: list[str]) -> tuple[np.ndarray, np.ndarray, list[dict]]:
         """Link index and position in the link's frame of each outermost point, and rows of deformable bodies."""
         geometry = self._out / "geometry"
-        path = geometry / "index.json"
-        pieces = json.loads(path.read_text()) if path.is_file() else {}
+        pieces, solids = (_listed(geometry / name) for name in ("index.json", "solids.json"))
         links, points, outer = [np.zeros(0, int)], [np.zeros((0, 3))], {}
         for i, link in enumerate(self.layout["links"]):
-            if not any(_means(name, link["body"], link["link"]) for name in bodies):
-                continue
-            for row in pieces.get(str(i), ()):
-                if row["mesh"] not in outer:
-                    with np.load(geometry / row["mesh"]) as mesh:
-                        outer[row["mesh"]] = outermost(mesh["vertices"].astype(float))
-                points.append(np.asarray(row["pos"]) + _turned(np.asarray(row["quat"], float), outer[row["mesh"]]))
+            named = [name for name in bodies if _means(name, link["body"], link["link"])]
+            parts = [row for row in solids.get(str(i), ()) if row.get("part")]
+            dotted = [name for name in bodies if "." in name]
+            rows = [row for row in parts if any(_means(name, link["body"], row["part"]) for name in dotted)]
+            if {*named} - {*dotted} or (named and not rows):
+                rows = pieces.get(str(i), ())
+            for row in rows:
+                if "mesh" not in row:
+                    local = _primitive(row["kind"], row["size"])
+                else:
+                    if row["mesh"] not in outer:
+                        with np.load(geometry / row["mesh"]) as mesh:
+                            outer[row["mesh"]] = outermost(mesh["vertices"].astype(float))
+                    local = outer[row["mesh"]]
+                points.append(np.asarray(row["pos"]) + _turned(np.asarray(row["quat"], float), local))
                 links.append(np.full(len(points[-1]), i))
         soft = [row for row in self.layout.get("deformables") or () if any(_means(n, row["body"]) for n in bodies)]
         return np.concatenate(links), np.concatenate(points), soft
@@ -250,10 +258,28 @@ def slerp(a: np.ndarray, b: np.ndarray, w: float) -> np.ndarray:
     return quat / np.linalg.norm(quat, axis=-1, keepdims=True)
 
 
+def _listed(path: Path) -> dict:
+    return json.loads(path.read_text()) if path.is_file() else {}
+
+
+def _primitive(kind: str, size: list[float]) -> np.ndarray:
+    """Points on a solid as in `solids.json`, in its frame [m], shape (n, 3)."""
+    if kind == "box":
+        return DIRECTIONS * size / 2
+    if kind == "cylinder":
+        around = DIRECTIONS[np.abs(DIRECTIONS[:, :2]).any(axis=1)]
+        around[:, :2] *= size[0] / np.linalg.norm(around[:, :2], axis=1, keepdims=True)
+        return around * (1, 1, size[1] / 2)
+    ball = size[0] * DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)
+    return ball + np.sign(DIRECTIONS) * (0, 0, size[1] / 2) if kind == "capsule" else ball
+
+
 def _means(name: str, body: str, link: str | None = None) -> bool:
-    """Whether a name, as in `States.bounds`, stands for this copy, or for this link of it."""
+    """Whether a name, as in `States.bounds`, stands for this copy, or for this link or part of it."""
     wanted, dot, part = name.partition(".")
-    return (body == wanted or body.startswith(f"{wanted}[")) and (not dot or part == link)
+    if body != wanted and not body.startswith(f"{wanted}["):
+        return False
+    return not dot or part == link or ("*" in part and link not in (None, "world") and fnmatchcase(link, part))
 
 
 def _turned(quat: np.ndarray, vector: np.ndarray) -> np.ndarray:

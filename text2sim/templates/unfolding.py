@@ -6,6 +6,8 @@ import numpy as np
 
 ROUND = 0.2
 """Largest tangential component of a normal about z on a solid of revolution."""
+SLOW = 0.01
+"""How much of a pattern is on the round ends of a capsule of a strand: two links show the same where they overlap."""
 CAP = 0.9
 """z component of a face's normal above which the face belongs to an end of a solid of revolution."""
 
@@ -48,7 +50,9 @@ def is_round(vertices: np.ndarray, normals: np.ndarray) -> bool:
     return bool(np.abs(along).max() < ROUND)
 
 
-def unfold(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, *, upright: bool) -> Unfolded:
+def unfold(
+    vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, *, upright: bool, strand: bool = False
+) -> Unfolded:
     """Unfold a mesh.
 
     Args:
@@ -56,12 +60,14 @@ def unfold(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, *, upri
         faces: Triangles, shape (f, 3).
         normals: Normals of the vertices, shape (n, 3).
         upright: Whether z is up on the sides of a box; otherwise its longest extent is up.
+        strand: Whether it is a capsule along z about the origin whose round ends lie in its neighbours: it has a side
+            only, whose height is counted from the origin.
     """
     a, b, c = np.moveaxis(vertices[faces], 1, 0)
     looks = np.cross(b - a, c - a)
     looks /= np.maximum(np.linalg.norm(looks, axis=1, keepdims=True), 1e-30)
     if is_round(vertices, normals):
-        sheet, uvs, sheets = _turned(vertices, faces, looks)
+        sheet, uvs, sheets = _turned(vertices, faces, looks, strand)
     else:
         sheet, uvs, sheets = _boxed(vertices, faces, looks, upright)
     rows = np.column_stack([faces.ravel(), np.repeat(sheet, 3), np.round(uvs.reshape(-1, 2) * 1e6).astype(np.int64)])
@@ -90,7 +96,7 @@ def _boxed(vertices, faces, looks, upright):
     return sheet, uvs, sheets
 
 
-def _turned(vertices, faces, looks):
+def _turned(vertices, faces, looks, strand):
     radius = np.hypot(vertices[:, 0], vertices[:, 1])
     r, low, tall = radius.max(), vertices[:, 2].min(), np.ptp(vertices[:, 2])
     away = vertices - (0, 0, low + tall / 2)
@@ -107,14 +113,18 @@ def _turned(vertices, faces, looks):
     if is_ball:
         up = r * (np.arcsin(np.clip((vertices[:, 2] - low - tall / 2) / r, -1, 1)) + np.pi / 2)
         height = np.pi * r
+    elif strand:
+        straight = np.clip(vertices[:, 2], r - tall / 2, tall / 2 - r)
+        up, height = straight + SLOW * (vertices[:, 2] - straight), tall
     else:
         up, height = vertices[:, 2] - low, tall
     uvs = np.stack([turn * r, up[faces]], axis=-1)
     sheet = np.zeros(len(faces), int)
-    if not is_ball:
+    plain = is_ball or strand
+    if not plain:
         sheet[looks[:, 2] > CAP], sheet[looks[:, 2] < -CAP] = 1, 2
         flat = vertices[:, :2] + r
         uvs[sheet == 1] = flat[faces[sheet == 1]]
         uvs[sheet == 2] = (flat * (-1, 1) + (2 * r, 0))[faces[sheet == 2]]
     sheets = [Sheet("side", 2 * np.pi * r, height), Sheet("top", 2 * r, 2 * r), Sheet("bottom", 2 * r, 2 * r)]
-    return sheet, uvs, sheets[: 1 if is_ball else 3]
+    return sheet, uvs, sheets[: 1 if plain else 3]

@@ -41,7 +41,7 @@ def _check_targets(table: NameTable, where: Path, thing: Any) -> None:
         elif isinstance(target, str):
             table.find(target, (*where, key))
     for i, selector in enumerate(getattr(thing, "frame", None) or ()):
-        found = table.find(selector, (*where, "frame", i))
+        found = table.find(selector, (*where, "frame", i), many=True, touching=True)
         if found is not None and getattr(getattr(found.model, "shape", None), "kind", None) == "plane":
             message = f"`{found.name}` is a plane, too large for a picture; name the bodies on it"
             table.report((*where, "frame", i), message, "endless-frame")
