@@ -21,6 +21,7 @@ REQUIRED = {
     "red": Requirement(what="the lid is red", importance=1),
     "opens": Requirement(what="the lid opens by itself", importance=3),
 }
+TIN = (Path(__file__).parent / "recorded" / "edit_colour" / "base.yaml").read_text("utf-8")
 REQUEST = Request("A red lid opens by itself.", requirements=REQUIRED)
 PLAN = CasePlan(name="lid", event="The lid opens.", meets={"opens": ["open"]})
 
@@ -216,25 +217,34 @@ def test_values_over_time_share_their_times_and_are_for_the_critic_alone(tmp_pat
     assert "over time" not in to_decide_by(told)
 
 
-def test_a_critique_of_the_film_alone_needs_no_planner() -> None:
-    def critique(failed: str, *patched: str, **more: Any) -> dict[str, Any]:
-        patches = [
-            {"section": one, "why": "nearer", "operations": [{"op": "remove", "path": f"/{one}/x"}]} for one in patched
-        ]
-        failures = [{"what": "small", "cites": ["frame:1"], "section": failed}]
-        return Critique.model_validate(
-            {"seen": "It opens.", "verdict": "repair", "failures": failures, "patches": patches} | more
-        ).model_dump(mode="json")
+def test_a_critique_of_film_and_looks_alone_needs_no_planner() -> None:
+    ball = {"section": "bodies", "why": "paler", "operations": [_replace("/bodies/ball/look/color", "ivory")]}
+    heavy = {"section": "bodies", "why": "heavier", "operations": [_replace("/bodies/ball/material/density", 9000)]}
+    film = {"section": "render", "why": "nearer", "operations": [_replace("/render/fps", 24)]}
 
-    decision = decision_to_film(critique("render", "render", "render"))
-    assert decision is not None
+    def decided(failed: list[str], *patches: dict[str, Any], **more: Any) -> Any:
+        failures = [{"what": "small", "cites": ["frame:1"], "section": section} for section in failed]
+        critique = Critique.model_validate(
+            {"seen": "It opens.", "verdict": "repair", "failures": failures, "patches": patches} | more
+        )
+        return decision_to_film(critique.model_dump(mode="json"), TIN, Path("tin/case.yaml"))
+
+    decision = decided(["render"], film, film)
     assert (decision.action, decision.take, decision.why) == ("repair", [1, 2], "nearer")
-    for other in (
-        critique("bodies", "render"),
-        critique("render", "render", "bodies"),
-        critique("render"),
-        critique("render", "render", refused=["on render: it has no x"]),
-        critique("render", "render", unfaithful=["opens"]),
-        None,
+    assert decided(["render", "bodies"], film, ball).take == [1, 2], "looks are filmed again, too"
+    assert decided(["render"], ball).take == [1]
+    for failed, patches, more in (
+        (["bodies"], [film], {}),
+        (["bodies", "bodies"], [ball, film], {}),  # one of them may be about the motion
+        (["plan"], [ball], {}),
+        (["bodies"], [ball, heavy], {}),
+        (["render"], [], {}),
+        (["render"], [film], {"refused": ["on render: it has no x"]}),
+        (["render"], [film], {"unfaithful": ["opens"]}),
     ):
-        assert decision_to_film(other) is None
+        assert decided(failed, *patches, **more) is None
+    assert decision_to_film(None, TIN, Path("tin/case.yaml")) is None
+
+
+def _replace(path: str, value: Any) -> dict[str, Any]:
+    return {"op": "replace", "path": path, "value": value}

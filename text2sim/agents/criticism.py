@@ -1,5 +1,6 @@
 """The Critic: reads the request, the case and the evidence, and answers with marks and proposed patches."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,11 +15,12 @@ from text2sim.agents.models.exchange import Image
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import CasePlan, Decision, Where
 from text2sim.agents.requirements import requirement_rows, weighted_score
+from text2sim.agents.restyling import restyle
 from text2sim.agents.revising import most_that_hold, params_used, revised, with_patches_together
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.spec_schema.changes.patch import PatchError
-from text2sim.spec_schema.errors import SpecError
+from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.load import load_text
 
 CRITIC = ROLES["critic"]
@@ -234,21 +236,37 @@ def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: C
     )
 
 
-def decision_to_film(critique: Mapping[str, Any] | None) -> Decision | None:
-    """Return the decision to take all patches of a critique that is about the film alone; None for any other.
+def decision_to_film(critique: Mapping[str, Any] | None, case: str, path: Path) -> Decision | None:
+    """Return the decision to take all patches of a critique if they change film and looks alone; None for any other.
 
     To film a recorded run again is cheap, so the Planner is not asked.
 
     Args:
         critique: A `Critique` of a run in which all expectations are true; None if there is none.
+        case: Text of the case that was run.
+        path: Path of the case file.
     """
     if critique is None:
         return None
     patches = critique["patches"]
-    about = {row["section"] for row in (*critique["failures"], *patches)}
-    if not patches or about != {"render"} or critique["refused"] or critique["unfaithful"]:
+    failed, patched = (Counter(row["section"] for row in critique[part]) for part in ("failures", "patches"))
+    if not patches or critique["refused"] or critique["unfaithful"]:
+        return None
+    film_alone = {*failed, *patched} == {"render"}
+    if not film_alone and not (
+        failed - Counter({"render": failed["render"]}) <= patched and _restyles(patches, case, path)
+    ):
         return None
     return Decision(action="repair", why=critique["summary"] or patches[0]["why"], take=[*range(1, len(patches) + 1)])
+
+
+def _restyles(patches: Sequence[Mapping[str, Any]], case: str, path: Path) -> bool:
+    """Whether patches together change nothing but film and looks."""
+    try:
+        restyle(case, [operation for patch in patches for operation in patch["operations"]], path)
+    except Text2SimError:
+        return False
+    return True
 
 
 def _known_cites(cites: Sequence[str], exhibit: Exhibit) -> list[str]:

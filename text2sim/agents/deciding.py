@@ -72,7 +72,7 @@ class Deciding:
             earlier={} if before_run else self.history.earlier(attempt, workshop.agreement),
         )
         if attempt.sound(workshop.agreement.names) and not report.referred:
-            decision = decision_to_film(report.critique)
+            decision = decision_to_film(report.critique, attempt.text, self.workshop.path)
             if decision is not None:
                 return self._emitted(attempt, decision)
         decision = self._ask_planner(attempt, report, offer, choices)
