@@ -2,11 +2,14 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from text2sim.agents import pictures
 from text2sim.agents.frame_choice import (
     MIN_INTERVAL,
     FrameMoment,
@@ -16,7 +19,7 @@ from text2sim.agents.frame_choice import (
     named_bodies,
     with_attached,
 )
-from text2sim.agents.pictures import MAX_FRAMES, frame_sheet, moments_of
+from text2sim.agents.pictures import FEWEST_TRACED, MAX_FRAMES, frame_sheet, moments_of
 from text2sim.templates.cadence import MAIN, Frame, frames, read_film, reels
 from text2sim.templates.video import Video
 
@@ -227,3 +230,26 @@ def test_the_bodies_of_a_measure_or_event_are_those_of_its_lists_too():
     assert named_bodies({"kind": "contact_force", "of": "cup", "by": ["ball", "box"]}) == ("cup", "ball", "box")
     assert named_bodies({"kind": "contact", "between": ["cup", "ball"]}) == ("cup", "ball")
     assert named_bodies({"kind": "energy"}) == named_bodies(None) == ()
+
+
+@pytest.mark.parametrize(("each", "traced"), [(2, 12), (13, 10), (18, 8), (25, 3)])
+def test_frames_that_are_about_to_be_enough_are_waited_for(
+    monkeypatch: pytest.MonkeyPatch, each: int, traced: int
+) -> None:
+    """A first frame of 30 s more than the others, as a background takes on a busy machine, and an engine of 60 s."""
+    now, done = 0.0, list[int]()
+    monkeypatch.setattr(pictures, "monotonic", lambda: now)
+
+    def render(reel: list[int], tell: Any, until: float) -> None:
+        nonlocal now
+        for k in reel:
+            if k not in done and now <= until:
+                seconds = {"trace": each, "background": 0 if done else 30}
+                now += sum(seconds.values())
+                done.append(k)
+                tell(SimpleNamespace(done=len(done), seconds=seconds))
+
+    filming: Any = SimpleNamespace(render=render)
+    reel: Any = list(range(12))
+    pictures._trace(filming, reel, FEWEST_TRACED, 90.0, 60.0)
+    assert len(done) == traced

@@ -184,7 +184,7 @@ def test_every_writer_names_its_file(
 
 
 def test_radiance_names_its_file(tmp_path: Path, request: pytest.FixtureRequest, tracer: None) -> None:
-    from text2sim.rendering.film import write_radiance
+    from text2sim.rendering.frames import write_radiance
 
     picture = np.random.default_rng(0).random((20, 20, 4), np.float32)
     save(tmp_path / "a.exr", lambda part: write_radiance(part, picture))

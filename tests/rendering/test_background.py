@@ -77,6 +77,8 @@ def test_what_a_standing_camera_sees_is_traced_once_if_there_are_enough_pictures
     assert film.missing(reels) == Work(20, 20 + 2, 20 * (4 + PROBE_SAMPLES) + 36 + 4)
     assert film.missing(reels, 0.25) == Work(20, 5 + 2, 20 * (1 + PROBE_SAMPLES) + 36 + 4)
     assert [background_samples(samples) for samples in (2, 8, 36)] == [36, 36, 144]
+    few = film.excerpt(reels[0], reels[0].frames[:3])
+    assert film.missing([few]) == Work(3, 3, 3 * 4), "three pictures do not pay for a background of 36 samples"
     short = Filming(read_recording(make_run({"box": BOX}, "short", fps=25.0)), samples=2)
     assert short.missing(short.reels()) == Work(10, 10, 10 * 2)
 

@@ -287,7 +287,7 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
 
     from text2sim.evidence.contact_sheet import contact_sheet
     from text2sim.legibility.film import nearest_frame, spread_numbers
-    from text2sim.rendering.film import Filming, Reel
+    from text2sim.rendering.film import Filming
 
     recording = _recording(run, loaded)
     wide, tall = recording.film["resolution"]
@@ -295,7 +295,7 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
     reel = filming.reels()[0]
     frames = [frame for one in moments_of(run) if (frame := nearest_frame(reel.frames, one.t))]
     evenly = [reel.frames[k] for k in spread_numbers(len(reel.frames), EVEN_STILLS)]
-    few = Reel(reel.name, sorted({*evenly, *list(dict.fromkeys(frames))[:MAX_EVENT_STILLS]}))
+    few = filming.excerpt(reel, sorted({*evenly, *list(dict.fromkeys(frames))[:MAX_EVENT_STILLS]}))
     paths = filming.render(few, lambda progress: None)
     thumbnails = [
         ("film", f"{number}: {frame.k / filming.fps:.1f} s", Pictures.fromarray(picture))

@@ -18,6 +18,7 @@ from text2sim.spec_schema.text.source import read_source
 
 if TYPE_CHECKING:
     from text2sim.legibility.recorded import Recorded
+    from text2sim.rendering.film import Filming, FilmProgress, Reel
 
 SHEET_WIDTH = 500
 """Width of a frame on the sheet [pixels]; tall frames, four in a row, have three quarters of it."""
@@ -59,7 +60,8 @@ def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[A
     """
     from text2sim.evidence.contact_sheet import contact_sheet
 
-    rows, note = list(_traced(run, _tracing_time(run))), TRACED_NOTE
+    start = _engine_start(run)
+    rows, note = list(_traced(run, max(MAX_TRACING_TIME, start), start)), TRACED_NOTE
     if not rows:
         preview()
         rows, note = list(_filmed(run)) or list(_preview_frames(run)), _left_out(run)
@@ -79,11 +81,11 @@ def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[A
     return contact_sheet(thumbnails, width=width, columns=columns), len(rows), note
 
 
-def _tracing_time(run: Path) -> float:
-    """Return how long frames may be traced [s]: as long as the engine would take to start for a preview, at least."""
+def _engine_start(run: Path) -> float:
+    """Return how long the engine takes to start for a preview [s]."""
     record = RunRecord.read(run)
     timings = record.timings if record is not None else {}
-    return max(MAX_TRACING_TIME, timings.get("start", 0.0) + timings.get("build", 0.0))
+    return timings.get("start", 0.0) + timings.get("build", 0.0)
 
 
 def _read(path: Path) -> Any:
@@ -194,9 +196,11 @@ def _preview_frames(run: Path) -> Iterator[Row]:
                 yield camera, f"{rows[k][0]:.2f} s", picture, None
 
 
-def _traced(run: Path, seconds: float) -> Iterator[Row]:
-    """Yield path-traced frames of the main film, as many as `seconds` are enough for; none if these are too few."""
-    until = monotonic() + seconds
+def _traced(run: Path, seconds: float, more: float = 0.0) -> Iterator[Row]:
+    """Yield path-traced frames of the main film, as many as `seconds` are enough for; none if these are too few.
+
+    If so, the fewest may take `more` seconds: a preview would take as long.
+    """
     try:
         from PIL import Image
 
@@ -208,9 +212,10 @@ def _traced(run: Path, seconds: float) -> Iterator[Row]:
         filming = Filming(recording, "draft", size=(SHEET_WIDTH, max(2, round(SHEET_WIDTH * height / width / 2) * 2)))
         reel = filming.reels()[0]
         shown = choose_frames(moments_of(run), reel.frames, MAX_FRAMES)
-        filming.render(Reel(reel.name, [one.frame for one in shown]), lambda progress: None, until=until)
+        fewest = min(FEWEST_TRACED, len(shown))
+        _trace(filming, filming.excerpt(reel, [one.frame for one in shown]), fewest, seconds, more)
         traced = [one for one in shown if filming.finished(one.frame).is_file()]
-        if len(traced) < min(FEWEST_TRACED, len(shown)):
+        if len(traced) < fewest:
             return
         few = Reel(reel.name, [one.frame for one in traced])
         pictures = [Image.fromarray(picture) for picture in filming.pictures(few, filming.rendered(few))]
@@ -222,6 +227,22 @@ def _traced(run: Path, seconds: float) -> Iterator[Row]:
     eye = _eye(run)
     for one, picture in zip(traced, pictures, strict=True):
         yield one.frame.camera, _caption(one), picture, _close_up(eye, one, picture)
+
+
+def _trace(filming: "Filming", reel: "Reel", fewest: int, seconds: float, more: float) -> None:
+    """Trace frames for a time [s], and the `fewest` of them for `more` seconds if they will be done by then."""
+    took: list[float] = []
+    done = 0
+
+    def tell(progress: "FilmProgress") -> None:
+        nonlocal done
+        done = progress.done
+        if progress.seconds:  # the background of a camera is shared by the frames after the first one
+            took.append(sum(time for step, time in progress.seconds.items() if step != "background"))
+
+    filming.render(reel, tell, until=monotonic() + seconds)
+    if done < fewest and (fewest - done) * min(took, default=inf) <= more:
+        filming.render(reel, tell, until=monotonic() + more)
 
 
 def _left_out(run: Path) -> str:

@@ -21,8 +21,7 @@ from text2sim.recording.run_files import read_measures
 from text2sim.rendering import tone
 from text2sim.rendering.backdrop import clearness, sky
 from text2sim.rendering.background import COARSE, LIGHT_SAMPLES, background_samples
-from text2sim.rendering.frames import Digests, remove_abandoned, save
-from text2sim.rendering.renderer import mitsuba
+from text2sim.rendering.frames import Digests, remove_abandoned, save, write_radiance
 from text2sim.rendering.resting import drawn_frames, held_samples
 from text2sim.rendering.scene import FilmStage, sensor
 from text2sim.rendering.standing import StandingCameras
@@ -190,6 +189,17 @@ class Filming:
                 pictures = shown
             paths.append(Reel(name.replace(MAIN, self.quality, 1), pictures))
         return paths
+
+    def excerpt(self, reel: Reel, few: list[Frame]) -> Reel:
+        """Return the few frames of a film that are to be traced: a background and more samples must pay for them alone.
+
+        Args:
+            reel: The film.
+            few: Some of its frames, in order.
+        """
+        self._samples, self._standing = {}, self._standing_cameras()
+        self._standing.add(map(self._shown, few))
+        return Reel(reel.name, few)
 
     def samples_of(self, frame: Frame) -> int:
         """Return the samples per pixel of a frame: more if it is held."""
@@ -384,15 +394,3 @@ class Filming:
         from PIL import Image
 
         Image.fromarray(self.develop(traced)).save(path, format="png", compress_level=4)
-
-
-def write_radiance(path: Path, layers: np.ndarray) -> None:
-    """Write layers (height, width, 4) of 32-bit floats as an EXR file.
-
-    Raises:
-        OSError: If it cannot be written; Mitsuba itself would raise another exception.
-    """
-    mi = mitsuba()
-    stream = mi.MemoryStream()
-    mi.Bitmap(layers).write(stream, mi.Bitmap.FileFormat.OpenEXR)
-    path.write_bytes(stream.raw_buffer())

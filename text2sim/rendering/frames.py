@@ -11,6 +11,7 @@ import numpy as np
 
 from text2sim.recording.film_record import FilmRecord, SurfaceLook
 from text2sim.rendering.offstage import offstage, views_of
+from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.trace import Quality
 from text2sim.spec_schema.whole_files import replacing
 from text2sim.templates.cadence import Frame
@@ -84,6 +85,18 @@ def save(path: Path, write: Callable[[Path], object]) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as part:
         write(part)
+
+
+def write_radiance(path: Path, layers: np.ndarray) -> None:
+    """Write layers (height, width, 4) of 32-bit floats as an EXR file.
+
+    Raises:
+        OSError: If it cannot be written; Mitsuba itself would raise another exception.
+    """
+    mi = mitsuba()
+    stream = mi.MemoryStream()
+    mi.Bitmap(layers).write(stream, mi.Bitmap.FileFormat.OpenEXR)
+    path.write_bytes(stream.raw_buffer())
 
 
 def _look_key(look: SurfaceLook | None) -> tuple[Any, ...]:
