@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
+from threading import Barrier
 from types import SimpleNamespace
 from typing import Any
 
@@ -160,6 +161,11 @@ def untraced(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return shot
 
 
+def two_lights(*names: str) -> str:
+    rows = (f"  - {{name: {name}, operations: [{{op: add, path: /render/lighting, value: {name}}}]}}" for name in names)
+    return fenced("\n".join(["treatments:", *rows]))
+
+
 def light(name: str) -> str:
     return treatment(f"{{op: add, path: /render/lighting, value: {name}}}", name=name)
 
@@ -191,6 +197,24 @@ def test_a_treatment_that_cannot_be_traced_costs_no_other(
     studio = Studio(make_run, tmp_path, replies)
     assert "lighting: overcast" in studio.shoot()
     assert len(untraced) == 3
+
+
+@pytest.mark.usefixtures("untraced")
+def test_two_treatments_are_judged_at_the_same_time(
+    make_run: MakeRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    low, good = marks(40, 40, 40, 40), marks(90, 90, 90, 90)
+    studio = Studio(make_run, tmp_path, {"viewer": [low, low, good], "render": [two_lights("golden_hour", "overcast")]})
+    complete, together = studio.model.complete, Barrier(2, timeout=20)
+
+    def beside_the_other(request: Any, stop: Any) -> Any:
+        if request.role == "viewer" and request.number > 1:
+            together.wait()
+        return complete(request, stop)
+
+    monkeypatch.setattr(studio.model, "complete", beside_the_other)
+    studio.shoot()
+    assert sorted(request.number for request in studio.model.asked if request.role == "viewer") == [1, 2, 3]
 
 
 @pytest.mark.usefixtures("untraced")

@@ -7,6 +7,7 @@ until it is good enough or the rounds are used up.
 
 import io
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import asin, degrees, hypot
 from pathlib import Path
@@ -139,9 +140,7 @@ class Cinematography:
                 except RoleFailed as failed:  # the next round asks again
                     self._emit("treatments_failed", why=str(failed))
                     continue
-                for name, tried in written.items():
-                    if (sheet := self._sheet_or_none(name, tried)) is not None:
-                        self._tried.append(self._judge_still(name, tried, sheet))
+                self._judge_all(written)
         except StoppedError:
             raise
         except Text2SimError as error:  # earlier judgements count
@@ -233,11 +232,25 @@ class Cinematography:
             self._emit("treatments_failed", why=f"{name}: {error}")
             return None
 
-    def _judge_still(self, name: str, text: str, sheet: tuple[bytes, int]) -> FilmedTreatment:
+    def _judge_all(self, written: Mapping[str, str]) -> None:
+        """Have treatments judged, each on its own; one is judged while the stills of the next are traced."""
+        with ThreadPoolExecutor() as pool:
+            asked = [
+                pool.submit(self._judge_still, name, text, sheet, self._chat.reserve("viewer"))
+                for name, text in written.items()
+                if (sheet := self._sheet_or_none(name, text)) is not None
+            ]
+        self._tried += [one.result() for one in asked if one.exception() is None]
+        for one in asked:
+            one.result()  # raises what one of them failed of
+
+    def _judge_still(
+        self, name: str, text: str, sheet: tuple[bytes, int], number: int | None = None
+    ) -> FilmedTreatment:
         picture, count = Image("film.png", "image/png", sheet[0]), sheet[1]
         question = render("view", request=self._request, count=count)
         marks: Marks = self._chat.ask(
-            "viewer", system_prompt(ROLES["viewer"]), question, typed_parser(Marks), (picture,)
+            "viewer", system_prompt(ROLES["viewer"]), question, typed_parser(Marks), (picture,), number=number
         )
         parts = {part: getattr(marks, part) for part in MARK_WEIGHTS}
         if any(take.name == name for take in self._tried):

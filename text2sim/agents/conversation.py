@@ -118,6 +118,7 @@ class Conversation:
         images: Sequence[Image] = (),
         rounds: int = MAX_ANSWERS,
         read_pages: Callable[[list[str]], str] | None = None,
+        number: int | None = None,
     ) -> T:
         """Ask a role a question, and return its parsed answer.
 
@@ -130,6 +131,7 @@ class Conversation:
             rounds: Largest number of answers.
             read_pages: Returns pages by name. With it, the role may first answer `read: [name, …]`; the pages follow in
                 the next message.
+            number: Reserved number of the question; the next free one if None.
 
         Raises:
             RoleFailed: If no answer is usable.
@@ -141,7 +143,7 @@ class Conversation:
         before: Any = None
         looks = round_ = 0
         while round_ < rounds:
-            reply = self.reply(role, messages)
+            reply, number = self.reply(role, messages, number), None
             try:
                 data = read_reply(reply)[0]
                 if read_pages is not None and (names := _requested_pages(data)):
@@ -173,8 +175,14 @@ class Conversation:
             if isinstance(endpoint, Mailbox):
                 endpoint.close(ending)
 
-    def reply(self, role: str, messages: Sequence[Message]) -> str:
-        """Return a role's raw reply to messages.
+    def reserve(self, role: str) -> int:
+        """Return the next number of a role's calls, so that those asked at the same time are numbered in order."""
+        with self._lock:
+            self._numbers[role] += 1
+            return self._numbers[role]
+
+    def reply(self, role: str, messages: Sequence[Message], number: int | None = None) -> str:
+        """Return a role's raw reply to messages; `number` is a reserved one.
 
         Raises:
             BudgetSpent: If the budget is used up, or its time is over before the reply comes.
@@ -182,9 +190,7 @@ class Conversation:
         """
         if (spent := self._budget.exceeded(self.account, self._overtime)) is not None:
             raise BudgetSpent(spent)
-        with self._lock:
-            self._numbers[role] += 1
-            number = self._numbers[role]
+        number = number or self.reserve(role)
         self._emit("asked", live=True, role=role, number=number)
         request = ModelRequest(role=role, messages=tuple(messages), number=number)
         begun = monotonic()
