@@ -181,6 +181,18 @@ def test_a_new_expectation_may_come_at_a_time_that_the_same_decision_makes_room_
     assert any("is after the end of the run (1 s)" in row for row in found) is wrong, found
 
 
+def test_a_cause_whose_effect_is_its_own_goes_back() -> None:
+    for plan, about in (
+        ("{meets: {falls: [low]}, causes: {falls: [ball]}}", "/plan/causes/falls: a run without `ball` shows nothing"),
+        ("{meets: {falls: [low]}, causes: {falls: [floor]}}", ""),
+    ):
+        decision = Decision.model_validate({"action": "repair", "why": "x", "plan": data(plan)})
+        cards, path, choices = OfferedCards(None, quiet), Path("case.yaml"), Choices(True, 0, {})
+        rows = decision_faults(decision, agreed()[0], CASE, AttemptReport(), cards, path, choices, ["falls"])
+        assert len(rows) == bool(about)
+        assert about in "".join(rows)
+
+
 def test_what_a_requirement_is_bound_to_can_be_corrected_and_is_told() -> None:
     """A cause that does not concern every expectation of its requirement made its fact false for good."""
     assert any("no requirement `flies`" in row for row in faults("plan: {causes: {flies: [ball]}}"))

@@ -310,3 +310,24 @@ def test_nothing_of_a_decision_is_without_effect(form: Any, data: dict[str, Any]
 @pytest.mark.parametrize("kind", sorted(body_kinds()))
 def test_every_kind_of_body_has_a_stand_in(kind: str) -> None:
     assert faults(PLAN, bodies__more={"kind": kind}) == []
+
+
+@pytest.mark.parametrize(
+    ("causes", "bound", "fault"),
+    [
+        (["bob"], ["opens"], ""),
+        (["bob"], ["hits", "opens"], ""),
+        (["grip"], ["falls", "opens"], ""),
+        (["bob"], ["hits"], "`hits`: about `bob`, or an event of it"),
+        (["bob"], ["falls"], "`falls`: about `bob`, or an event of it"),  # `tipped` counts from the strike
+        (["grip"], ["falls"], "`falls`: about `grip`"),
+        (["let_go"], ["falls"], ""),  # which release is meant is not known yet
+        (["bob"], [], "nothing under `meets` can fail"),
+        (["bob"], ["whole"], "nothing under `meets` can fail"),  # it is in `keeps`
+    ],
+)
+def test_a_run_without_a_cause_has_to_show_something(causes: list[str], bound: list[str], fault: str) -> None:
+    rows = faults(PLAN, meets={"felled": bound}, causes={"felled": causes})
+    assert len(rows) == bool(fault)
+    assert fault in "".join(rows)
+    assert not rows or "/causes/felled: a run without `" in rows[0]

@@ -182,7 +182,12 @@ class Conversation:
             return self._numbers[role]
 
     def reply(self, role: str, messages: Sequence[Message], number: int | None = None) -> str:
-        """Return a role's raw reply to messages; `number` is a reserved one.
+        """Return a role's raw reply to messages.
+
+        Args:
+            role: Name of the role.
+            messages: The messages.
+            number: Reserved number of the call; the next free one if None.
 
         Raises:
             BudgetSpent: If the budget is used up, or its time is over before the reply comes.

@@ -69,6 +69,38 @@ def _refers(row: Any, names: Collection[str]) -> bool:
     return isinstance(row, list) and any(_refers(value, names) for value in row)
 
 
+def cause_faults(case: Data, plan: CasePlan) -> list[str]:
+    """Describe the claims whose effect is about the cause itself, so that a run without it shows nothing.
+
+    Args:
+        case: The case, or one of stand-ins; `release` controls that it does not have yet are assumed.
+        plan: The plan that makes the claims.
+    """
+    actions = case.get("actions") or {}
+    awaited = [row["attach"] for row in (actions.get("events") or {}).values() if row.get("kind") == "released"]
+    releases = {f"release of {name}": {"kind": "release", "attach": name} for name in awaited}
+    case = case | {"actions": actions | {"controls": releases | (actions.get("controls") or {})}}
+    wrong = []
+    for requirement, names in plan.causes.items():
+        measured = [name for name in plan.meets.get(requirement, ()) if name not in plan.keeps]
+        if _effects(plan, requirement, case_without(case, names)):
+            continue
+        lost, cause = (", ".join(f"`{name}`" for name in some) for some in (measured, names))
+        why = f"{lost}: about {cause}, or an event of it (`on`, `after`)" if lost else "nothing under `meets` can fail"
+        wrong.append(
+            f"/causes/{requirement}: a run without {cause} shows nothing ({why}); add to `meets` what another body does by "
+            "the clock, name as the cause what acts on it, or leave the claim out"
+        )
+    return wrong
+
+
+def _effects(plan: CasePlan, requirement: str, left: Data) -> list[str]:
+    """Names of the effect's expectations in a case that was left without its cause."""
+    expected = (left.get("actions") or {}).get("expect") or {}
+    # An expectation in `keeps` holds from the start, so it is not an effect.
+    return [name for name in plan.meets.get(requirement, ()) if name in expected and name not in plan.keeps]
+
+
 def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[Any], tuple[str, Found]]) -> list[Fact]:
     """Run a case once without each cause that the plan names, and compare; equal causes share a run.
 
@@ -91,9 +123,7 @@ def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[An
             continue
         case = case_without(revising.data_of(text), causes)
         examined = examine(format_text(json.dumps(case, ensure_ascii=False)), path)
-        expected = (case.get("actions") or {}).get("expect") or {}
-        # An expectation in `keeps` holds from the start, so it is not an effect.
-        effects = [name for name in plan.meets.get(requirement, ()) if name in expected and name not in plan.keeps]
+        effects = _effects(plan, requirement, case)
         if not effects:
             facts.append(Fact(requirement, None, f"{description} nothing that is measured of it is left"))
         elif examined.errors:

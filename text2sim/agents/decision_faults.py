@@ -9,6 +9,7 @@ from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import FROZEN_PARTS, PLANNER_PARTS, examine, format_problem, owner_of
 from text2sim.agents.attempt_report import AttemptReport, Choices
 from text2sim.agents.contract import weakened_bounds
+from text2sim.agents.counterfactual import cause_faults
 from text2sim.agents.facts import claim_faults
 from text2sim.agents.planning import asset_faults, binding_faults, card_faults
 from text2sim.agents.rehearsal import RESERVED_NAMES, plan_faults
@@ -79,12 +80,25 @@ def decision_faults(
         wrong += [f"/plan{row}" for row in claim_faults(decision.plan.facts, requirements, bodies)]
         expected = {*agreement.plan.checks.expect, *decision.plan.checks.expect}
         wrong += [f"/plan{row}" for row in binding_faults(decision.plan, requirements, expected)]
+        wrong += _cause_faults(decision, agreement, case) if not wrong else []
     if not (work and (set(work) - {"plan"} or _changes_anything(decision))):
         wrong += [f"/params/{name}: it is {present[name]!r} already" for name in unchanged]
         wrong.append(
             "take a patch, route work, or change a parameter or what is checked: otherwise the next attempt is this one"
         )
     return wrong or _problems_introduced(decision, agreement, case, path, [offered[k - 1] for k in decision.take])
+
+
+def _cause_faults(decision: Decision, agreement: Agreement, case: str) -> list[str]:
+    """Faults of the claims of causes that a decision makes or changes."""
+    assert decision.plan is not None
+    try:
+        text, plan = agreement.changed(case, decision)
+    except (PatchError, SpecError):
+        return []  # reported as an error of the decision itself
+    changed = {*decision.plan.causes, *decision.plan.meets}
+    claims = plan.model_copy(update={"causes": {name: rows for name, rows in plan.causes.items() if name in changed}})
+    return [f"/plan{row}" for row in cause_faults(revising.data_of(text), claims)]
 
 
 def _waiver_faults(decision: Decision, report: AttemptReport) -> list[str]:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from text2sim.agents.contract import numbered_copies
+from text2sim.agents.counterfactual import cause_faults
 from text2sim.agents.language import body_kinds, mount_kinds, shape_kinds
 from text2sim.agents.replies import CasePlan, Fragments
 from text2sim.agents.stand_ins import ARRANGEMENTS, Arrangement, prefab_arguments, rehearsal_text
@@ -56,7 +57,7 @@ def plan_faults(plan: CasePlan, path: Path) -> list[str]:
     words += _fact_faults(plan, path)
     if wrong := [*words, *(row for row in _in_terms_of_plan(problems) if row not in words)]:
         return wrong
-    wrong = _definition_faults(plan, path)
+    wrong = cause_faults(loaded.written.data, plan) + _definition_faults(plan, path)
     named = {row.split(":")[0].split("/")[3] for row in wrong if row.startswith("/checks/expect/")}
     return wrong + [row for name, row in _rest_faults(plan, loaded) if name not in named]
 
