@@ -150,6 +150,8 @@ def test_earlier_judgements_and_the_way_of_expectations_are_told() -> None:
     assert "could not be applied: on bodies: no" in told
     rows = attempts_table([(1, {"open": {"ok": False, "why": "12 deg"}}), (2, {"open": {"ok": True, "why": "90 deg"}})])
     assert "| `open` | MISSED: 12 deg | true: 90 deg |" in rows
+    still = {"red": {"ok": True, "why": "#c00000"}}
+    assert attempts_table([(1, still), (2, still)]) == "True in each attempt: `red`"
 
 
 def test_the_critic_reads_who_did_work_and_nothing_that_is_within_bounds(tmp_path: Path) -> None:

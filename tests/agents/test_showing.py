@@ -1,11 +1,19 @@
 """What the Critic is shown: little where nothing but looks can have changed."""
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
+from tests.agents.scripted import quiet_loop
+from text2sim.agents import loop
+from text2sim.agents.assembly import Examination
 from text2sim.agents.attempt import Attempt
+from text2sim.agents.attempts import _judged_warnings
 from text2sim.agents.critic_view import critic_exhibit, only_looks, what_holds
+from text2sim.agents.judgement import Critique
+from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.load import load_text
 
 TEXT = (Path(__file__).parent / "recorded" / "edit_colour" / "base.yaml").read_text("utf-8")
@@ -54,3 +62,33 @@ def test_owners_are_told_what_holds() -> None:
     rows = what_holds(attempt)
     assert rows[:2] == ["pushed: 0.3 m", "requirement red is met"]
     assert not any("late" in row or "fast" in row for row in rows)
+
+
+def test_restatements_are_told_until_the_critic_has_nothing_against_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made, told = quiet_loop(tmp_path), list[list[str]]()
+    monkeypatch.setattr(made.attempts, "images", lambda attempt: ())
+    judgements = [
+        Critique(seen="It rolls.", verdict="repair", unfaithful=["low"]),
+        Critique(seen="It rolls.", verdict="repair"),
+        Critique(seen="It rolls.", verdict="repair"),
+    ]
+
+    def judged(chat: Any, request: Any, plan: Any, shown: Any, contract: Any, restated: list[str], path: Any) -> Any:
+        told.append(restated)
+        return judgements.pop(0)
+
+    monkeypatch.setattr(loop, "criticise", judged)
+    for rows in (["`low` was 1"], ["`low` was 1", "`high` was 2"], ["`low` was 1", "`high` was 2", "`low` was 3"]):
+        made.agreement.restated = rows
+        attempt = made.history.begin(TEXT, "x")
+        made._judge(attempt, "the evidence", SimpleNamespace())  # type: ignore[arg-type]
+    assert told == [["`low` was 1"], ["`low` was 1", "`high` was 2"], ["`low` was 3"]]
+
+
+def test_a_warning_that_is_meant_is_told_once() -> None:
+    rows = [Problem("/bodies/tin", "it counts twice", rule="counted-twice"), Problem("/scene", "odd", rule="rough")]
+    examined = Examination(TEXT, warnings=rows, intended={("counted-twice", "/bodies/tin"): "the lid is apart"})
+    assert _judged_warnings(examined, set()) == rows
+    assert _judged_warnings(examined, {("counted-twice", "/bodies/tin"), ("rough", "/scene")}) == rows[1:]

@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from math import inf
 from pathlib import Path
@@ -21,7 +21,7 @@ from text2sim.agents.run_summary import citable_items, evidence_text
 from text2sim.agents.tracks import track_rows, tracks_text
 from text2sim.agents.trials import MAX_TRACKS, Outcome, Settings, trials_text
 from text2sim.recording.record import RunRecord
-from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.errors import Problem, RunError
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.whole_files import replacing, write_atomically, write_json
 
@@ -46,6 +46,8 @@ class Attempts:
         """Minutes left at each question to the Planner, by attempt; None without a limit."""
         self._asked: Counter[int] = Counter()
         self._warm: WarmRunner | None = None
+        self._told: set[tuple[str, str]] = set()
+        """Intended warnings that were told with the evidence of an earlier run, by rule and path."""
 
     @property
     def runner(self) -> "WarmRunner":
@@ -191,7 +193,8 @@ class Attempts:
         if record is not None and record.time > 0:
             attempt.pace = round(record.timings.get("simulate", 0.0) / record.time, 2)
         summary = evidence_text(result.folder, result.evidence, recorded, asked, pictured)
-        attempt.evidence = "\n\n".join([summary, *_further_evidence(result, examined, loaded)])
+        attempt.evidence = "\n\n".join([summary, *_further_evidence(result, examined, loaded, self._told)])
+        self._told |= examined.intended.keys()
         attempt.cites = sorted(citable_items(result.evidence, frames, bodies))
         attempt.took = round(monotonic() - begun, 1)
         self.keep(attempt)
@@ -321,19 +324,29 @@ class Attempts:
         write_atomically(self.case / "case.yaml", attempt.text)
 
 
-def _further_evidence(result: "RunResult", examined: Examination, loaded: LoadedCase) -> Iterator[str]:
-    """Yield what is told besides the summary of a run: tracks, derived settings, warnings, and who is to blame."""
+def _further_evidence(
+    result: "RunResult", examined: Examination, loaded: LoadedCase, told: Collection[tuple[str, str]]
+) -> Iterator[str]:
+    """Yield what is told besides the summary of a run: tracks, derived settings, warnings, and who is to blame.
+
+    Of intended warnings those that were told before are left out.
+    """
     if result.evidence is not None and (tracks := tracks_text(result.folder, loaded.case, result.evidence["events"])):
         yield tracks
     if examined.derived:
         yield examined.derived
-    if warnings := [p for p in examined.warnings if p.rule not in UNJUDGED_RULES]:
+    if warnings := _judged_warnings(examined, told):
         yield "## Warnings of the lint\n\n" + "\n".join(
             f"- {p.path}: {p.message} [{p.rule}]{_intended_note(examined.intended.get((p.rule, p.path)))}"
             for p in warnings[:10]
         )
     if result.problem is not None:
         yield f"To blame: {result.problem.path or f'line {result.problem.line}'}: {result.problem.message}"
+
+
+def _judged_warnings(examined: Examination, told: Collection[tuple[str, str]]) -> list[Problem]:
+    known = examined.intended.keys() & told
+    return [p for p in examined.warnings if p.rule not in UNJUDGED_RULES and (p.rule, p.path) not in known]
 
 
 def _intended_note(why: str | None) -> str:

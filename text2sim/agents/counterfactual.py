@@ -88,8 +88,8 @@ def cause_faults(case: Data, plan: CasePlan) -> list[str]:
         lost, cause = (", ".join(f"`{name}`" for name in some) for some in (measured, names))
         why = f"{lost}: about {cause}, or an event of it (`on`, `after`)" if lost else "nothing under `meets` can fail"
         wrong.append(
-            f"/causes/{requirement}: a run without {cause} shows nothing ({why}); add to `meets` what another body does "
-            "by the clock, name as the cause what acts on it, or leave the claim out"
+            f"/causes/{requirement}: a run without {cause} shows nothing ({why}); add to `meets` what another body "
+            "does by the clock, name as the cause what acts on it, or leave the claim out"
         )
     return wrong
 

@@ -67,6 +67,8 @@ class AgentLoop:
         """Whether the best film of the final version is searched for."""
         self.prewarm = False
         """Whether the engine starts while the Writers still write."""
+        self._faithful: list[str] = []
+        """Restatements that the Critic was told of and did not call unfaithful."""
         self._known_doubts: set[tuple[str, str]] = set()
         """Doubts that the Planner was asked about, by kind and name."""
 
@@ -266,9 +268,9 @@ class AgentLoop:
         evidence = f"{evidence}\n\n## Left\n\n{self.history.left()}"
         shown = critic_exhibit(self.history.made, evidence, images, self.history.base, self.path)
         with self.chat.overtime(JUDGING_OVERTIME if sound else 0.0):
-            critique = criticise(
-                self.chat, self.request, self.agreement.plan, shown, contract, self.agreement.restated, self.path
-            )
+            restated = [row for row in self.agreement.restated if row not in self._faithful]
+            critique = criticise(self.chat, self.request, self.agreement.plan, shown, contract, restated, self.path)
+        self._faithful += [] if critique.unfaithful else restated
         attempt.critique = critique.model_dump(mode="json")
         attempt.accepted = critique.verdict == "pass" and not critique.unfaithful and sound
         judgement = {"verdict": critique.verdict, "score": critique.score, "summary": critique.summary}

@@ -101,15 +101,20 @@ def judgement_text(number: int, cause: str, critique: Mapping[str, Any] | None, 
 
 
 def attempts_table(attempts: Sequence[tuple[int, Mapping[str, Any]]]) -> str:
-    """Return a table of the results of expectations by attempt."""
+    """Return a table of the results of expectations by attempt, and the names of those that were always true."""
     if len(attempts) < 2:
         return ""
     names = dict.fromkeys(name for _, expect in attempts for name in expect)
-    rows = ["| expectation | " + " | ".join(f"attempt {number}" for number, _ in attempts) + " |"]
-    for name in names:
+    always = [name for name in names if all(expect.get(name, {}).get("ok") for _, expect in attempts)]
+    rows = []
+    for name in (name for name in names if name not in always):
         found = [expect.get(name, {}) for _, expect in attempts]
         cells = [f"{'true' if row.get('ok') else 'MISSED'}: {row.get('why', '')}" if row else "-" for row in found]
         rows.append(f"| `{name}` | " + " | ".join(cells) + " |")
+    if rows:
+        rows.insert(0, "| expectation | " + " | ".join(f"attempt {number}" for number, _ in attempts) + " |")
+    if always:
+        rows.append(f"True in each attempt: {', '.join(f'`{name}`' for name in always)}")
     return "\n".join(rows)
 
 
