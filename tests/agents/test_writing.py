@@ -289,6 +289,12 @@ def test_the_planner_is_told_what_each_kind_of_body_costs_as_runs_are_estimated(
     base, each = RIGID_SUBSTEP_TIME["newton"]
     assert f"{1e3 * base:g} ms and {1e3 * each:g} ms a moving link" in told
     assert f"{1e3 * SUBSTEP_TIME['mpm']:g} ms and {1e6 * TIME_PER_POINT['mpm']:g} µs a particle" in told
+    assert f"{1e3 * SUBSTEP_TIME['sap']:g} ms and {1e3 * TIME_PER_POINT['sap']:g} ms a tetrahedron" in told
+    assert f"{6 * 2**0.5:.1f} volume / c³ tetrahedra" in told, "as the lint counts them"
+    assert "snow" not in told
+    assert "snow that is hit at v" in render(
+        "plan_ask", request="Snow falls.", inputs=[], requirements="", tried="", minutes=32.0
+    )
 
 
 @pytest.mark.parametrize("key", ["bodies: ", ""])
