@@ -55,6 +55,28 @@ def test_a_change_of_looks_is_shown_without_the_case() -> None:
     assert critic_exhibit([attempt], "all the evidence", (), TEXT, FILE).case == attempt.text, "something went wrong"
 
 
+def test_numbers_of_a_motion_that_was_judged_are_not_told_again() -> None:
+    def made(number: int, text: str) -> Attempt:
+        attempt = Attempt(number, text, "x", state="finished", run="runs/tin-1")
+        attempt.expect = {"pushed": {"ok": True, "wanted": "w", "why": "0.3 m at 1.8 s"}}
+        return attempt
+
+    first, second = made(1, TEXT), made(2, TEXT.replace("color: gold", "color: green"))
+    first.critique = {"verdict": "repair", "score": 75.0, "summary": "Paler.", "failures": [], "patches": []}
+    first.critique["requirements"] = {"rolls": {"mark": 1, "why": ""}, "seen": {"mark": 0.5, "why": "dark"}}
+    evidence = "Run: finished\n\n## Measures\n\n- `away`\n\n## Events\n\n- `hit`\n\n## Diagnostics\n\n- energy"
+    shown = critic_exhibit([first, second], evidence, (), "", FILE)
+    assert shown.case == second.text, "it may be patched"
+    assert shown.evidence.startswith(
+        "Run: finished\n\n## Events\n\n- `hit`\n\nOnly looks and film differ from attempt 1"
+    )
+    assert shown.evidence.endswith("unless the film hides it: `rolls`.")
+    heavier = made(2, TEXT.replace("density: 1200", "density: 1300"))
+    assert critic_exhibit([first, heavier], evidence, (), "", FILE).evidence == evidence
+    second.run = "runs/tin-2"
+    assert critic_exhibit([first, second], evidence, (), "", FILE).evidence == evidence
+
+
 def test_owners_are_told_what_holds() -> None:
     attempt = Attempt(1, TEXT, "x")
     attempt.expect = {"pushed": {"ok": True, "why": "0.3 m"}, "late": {"ok": False, "why": "never"}}

@@ -10,7 +10,7 @@ from text2sim.agents.criticism import Exhibit
 from text2sim.agents.facts import Fact
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.restyling import physics_digest
-from text2sim.agents.run_summary import attempts_table, judgement_text
+from text2sim.agents.run_summary import attempts_table, judgement_text, to_look_at
 from text2sim.spec_schema.errors import Text2SimError
 
 SHORT_FORM_SIZE = 800
@@ -38,10 +38,24 @@ def critic_exhibit(made: Sequence[Attempt], evidence: str, images: tuple[Image, 
             "something needs fixing, name it in `failures`; patches are not needed."
         )
         return Exhibit(attempt.number, "", sentence, cites, tuple(map(_smaller, images)), missed, facts)
+    if not missed and (before := _judged_before(made, path)) is not None:
+        marks = before.critique["requirements"] if before.critique is not None else {}
+        met = ", ".join(f"`{name}`" for name, row in marks.items() if row["mark"] == 1)
+        evidence = (
+            f"{to_look_at(evidence)}\n\nOnly looks and film differ from attempt {before.number}: the motion is the same "
+            f"and was judged there. Met there, and so here unless the film hides it: {met or 'nothing'}."
+        )
     return Exhibit(
         attempt.number, attempt.text, evidence, cites, images, missed, facts, earlier_judgements(made),
         finished=attempt.state == "finished",
     )  # fmt: skip
+
+
+def _judged_before(made: Sequence[Attempt], path: Path) -> Attempt | None:
+    """The latest attempt before the last one whose judged run it only films again; None if there is none."""
+    attempt = made[-1]
+    same = (one for one in reversed(made[:-1]) if one.critique is not None and one.run and one.run == attempt.run)
+    return next((one for one in same if only_looks(one.text, attempt.text, path)), None)
 
 
 def earlier_judgements(made: Sequence[Attempt]) -> str:

@@ -27,6 +27,8 @@ IGNORED_WORK = 1e-6
 """Largest work that is not reported [J]."""
 SERIES, SERIES_TIMES = "; over time ", "- over time: at "
 """What stands before values over time, and before their times, which all measures share."""
+ABOUT_MOTION = ("Measures", "Diagnostics", "Positions", "Without the cause")
+"""First words of the parts of the evidence that another film of the same run does not change."""
 ROUNDING = 1e-12
 """Size below which a number is shown as 0."""
 LOG_TAIL = 1_500
@@ -63,6 +65,11 @@ def evidence_text(
     if record.get("state") != "finished":
         parts.append("## End of the log\n\n<log>\n" + quoted(_log_tail(folder)) + "\n</log>")
     return "\n\n".join(part for part in parts if part)
+
+
+def to_look_at(evidence: str) -> str:
+    """Return evidence without the numbers about the motion, for a film of a run that was judged before."""
+    return "\n\n## ".join(part for part in evidence.split("\n\n## ") if not part.startswith(ABOUT_MOTION))
 
 
 def to_decide_by(evidence: str) -> str:
