@@ -42,8 +42,8 @@ def critic_exhibit(made: Sequence[Attempt], evidence: str, images: tuple[Image, 
         marks = before.critique["requirements"] if before.critique is not None else {}
         met = ", ".join(f"`{name}`" for name, row in marks.items() if row["mark"] == 1)
         evidence = (
-            f"{to_look_at(evidence)}\n\nOnly looks and film differ from attempt {before.number}: the motion is the same "
-            f"and was judged there. Met there, and so here unless the film hides it: {met or 'nothing'}."
+            f"{to_look_at(evidence)}\n\nOnly looks and film differ from attempt {before.number}; the motion "
+            f"is the same and was judged there. Met there, and so here unless the film hides it: {met or 'nothing'}."
         )
     return Exhibit(
         attempt.number, attempt.text, evidence, cites, images, missed, facts, earlier_judgements(made),
