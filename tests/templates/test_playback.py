@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from text2sim.templates.cameras import Cameras, project
 from text2sim.templates.playback import States, outermost, slerp
 
 
@@ -82,6 +83,36 @@ def test_bounds_of_patterns_and_of_parts_of_compounds(folder):
     assert box("brick[0].b*") == [-2, -2, -2, 2, 2, 2], "parts, not the link `brick`"
     assert box("brick.pill") == [-1, -1, -3, 1, 1, 3]
     assert box("brick[0]") == [-1, -1, -1, 1, 1, 1], "what is drawn of it"
+
+
+def test_a_brief_leap_in_a_long_shot_stays_in_the_picture(folder):
+    """Within a minute a brick leaps a metre, and the rim of the drum turns up and back, in a tenth of a second."""
+    time = np.arange(0, 60, 0.02)
+    leap = np.clip(1 - ((time - 30.35) / 0.05) ** 2, 0, None)
+    pos = np.zeros((len(time), 4, 3))
+    pos[:, 3, 2] = leap
+    quat = np.tile([1.0, 0, 0, 0], (len(time), 4, 1))
+    quat[:, 1] = np.stack([np.cos(leap * np.pi / 4), 0 * leap, -np.sin(leap * np.pi / 4), 0 * leap], axis=1)
+    for path in (folder / "states").glob("*.npz"):
+        path.unlink()
+    arrays = {"time": time, "qpos": np.zeros((len(time), 0)), "links_pos": pos, "links_quat": quat}
+    np.savez(folder / "states" / "chunk_00000.npz", **arrays)
+    states = States(folder)
+    for name, highest in (("brick[1]", 2.0), ("drum.rim", 3.0)):
+        still = {"kind": "still", "up": (0, 0, 1), "fov": 40.0, "pos": (0, -9, 0), "look_at": (0, 0, 0)}
+        frame = {"bodies": [name], "margin": 0.0, "within": None, "direction": (0.0, -1.0, 0.0)}
+        film = {
+            "resolution": (160, 90),
+            "start": 0.0,
+            "end": 60.0,
+            "shots": [],
+            "cameras": {"a": still | {"frame": frame}},
+        }
+        view = Cameras(film, states).view("a", 0.0)
+        places = project(view, states.bounds([name], 30.36), 16 / 9)
+        assert states.bounds([name], 30.36)[:, 2].max() == pytest.approx(highest, abs=0.1)
+        assert np.abs(places[:, :2]).max() < 1.001, name
+    assert len(states.extremes(["nobody"], time)) == 0
 
 
 def test_only_what_is_outermost_counts():

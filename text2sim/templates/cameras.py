@@ -15,7 +15,7 @@ else:  # in a program, where it lies beside this module
     from viewpoints import aperture_radius, basis, place
 
 SAMPLES = 60
-"""Number of moments of the recording at which the framing is checked."""
+"""Number of moments of the recording at which the framing is checked, beside those at which bodies are outermost."""
 TURNS = 12
 """Number of positions of an orbiting camera at which the framing is checked."""
 
@@ -97,6 +97,8 @@ class Cameras:
             if len(inside)
             else time[-1:]
         )
+        if len(inside) > SAMPLES and hasattr(self._states, "extremes"):
+            times = np.union1d(times, self._states.extremes(frame["bodies"], inside))
         clouds = [np.asarray(self._states.bounds(frame["bodies"], float(t)), float) for t in times]
         points = np.concatenate([np.zeros((0, 3)), *clouds])
         points = points[np.isfinite(points).all(axis=1)]

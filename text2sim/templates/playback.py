@@ -133,6 +133,18 @@ class States:
         found += [outermost(self._soft_points(row, t)) for row in soft]
         return np.concatenate(found)
 
+    def extremes(self, bodies: list[str], times: np.ndarray) -> np.ndarray:
+        """Those of the recorded times [s], shape (n,), at which links of bodies (see `bounds`) are outermost."""
+        links, local, _ = self._named(bodies)
+        own, row = np.unique(links, return_inverse=True)
+        if not len(own):
+            return times[:0]
+        middle = np.stack([np.bincount(row, local[:, k]) for k in range(3)], axis=1) / np.bincount(row)[:, None]
+        frames = np.searchsorted(self.time, times)
+        way = self._pos[frames][:, own] + _turned(self._quat[frames][:, own], middle)
+        far = [np.nan_to_num(way @ direction, nan=-np.inf).max(axis=1).argmax() for direction in DIRECTIONS]
+        return times[np.unique(far)]
+
     def tracks(self, bodies: list[str], t: float) -> np.ndarray:
         """Points that are fixed to bodies, at time `t` [s], shape (n, 3) [m]; differences over time give the motion."""
         links, local, soft = self._named(bodies)

@@ -57,8 +57,8 @@ class _Upright(_Camera):
 
 class _Framing(_Upright):
     frame: Annotated[list[Selector], Field(min_length=1, max_length=50)] | None = None
-    """Bodies and statics, links of them (`chain.link_*`) or parts that collide, that the picture shows, from the first
-    moment of the camera's shots to the last. The position is derived from the recording."""
+    """Bodies, statics, links (`net.x5_*`) or parts that touch, shown whole throughout the camera's shots. The position
+    is derived from the recording."""
     margin: Margin | None = None
     """With `frame`: share of the picture that stays free at each edge; by default 0.08."""
     within: Bounds | None = None
