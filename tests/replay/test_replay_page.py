@@ -3,6 +3,7 @@
 import base64
 import json
 import re
+import shutil
 import zlib
 from hashlib import sha256
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 from exchange.recorded import FRAMES, write_run
 
 from text2sim.cli.main import app
+from text2sim.compiler.build import plan_case
 from text2sim.evidence.report import write_report
 from text2sim.exchange.scenery import Scenery
 from text2sim.replay import motion, page
@@ -21,6 +23,7 @@ from text2sim.replay.packing import Blob
 from text2sim.replay.page import write_replay
 from text2sim.replay.pictures import Pictures
 from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.load import load_case
 from text2sim.spec_schema.models.case import Case
 
 NUMPY = {"Float32Array": np.float32, "Uint32Array": np.uint32, "Uint16Array": np.uint16, "Int16Array": np.int16,
@@ -193,6 +196,25 @@ def test_command(judged: Path, tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["replay", str(judged), "--json"])
     assert done.exit_code == 0, done.output
     assert json.loads(done.stdout)["bytes"] == (judged / page.NAME).stat().st_size
+
+
+def test_the_command_finds_the_run_of_a_case(judged: Path, tmp_path: Path) -> None:
+    from typer.testing import CliRunner
+
+    from replay.conftest import CASE
+
+    (case := tmp_path / "a_case").mkdir()
+    (case / "case.yaml").write_text(CASE)
+    command = ["replay", str(case), "--runs", str(runs := tmp_path / "runs")]
+    done = CliRunner().invoke(app, command)
+    assert "has no current run" in str(done.exception)
+    loaded = load_case(case)
+    folder = runs / f"{loaded.case.name}-{plan_case(loaded).sim_digest[:10]}"
+    shutil.copytree(judged, folder)
+    (folder / "expanded.yaml").write_text(CASE)
+    done = CliRunner().invoke(app, command)
+    assert done.exit_code == 0, done.output
+    assert (folder / page.NAME).is_file()
 
 
 @pytest.mark.parametrize(

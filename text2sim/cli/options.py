@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import fields
 from functools import wraps
 from inspect import Parameter, Signature, signature
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
+RunsFolder = Annotated[Path, typer.Option("--runs", help="Folder of the runs of cases.")]
 Variants = Annotated[
     list[str] | None,
     typer.Option("--variant", metavar="NAME", help="Apply this variant to the case; several in order."),

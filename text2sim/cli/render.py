@@ -12,7 +12,7 @@ import typer
 
 from text2sim.cli.film_tracing import ProgressReporter, trace_films
 from text2sim.cli.many import Ray, StoreUrl, Workers, trace, where_of
-from text2sim.cli.options import AsJson
+from text2sim.cli.options import AsJson, RunsFolder
 from text2sim.cli.output import say, say_json
 from text2sim.cli.recorded import Chosen, choose
 from text2sim.runtime.stop import Stop
@@ -66,7 +66,7 @@ def render(
         typer.Option("--suggest", help="Propose a camera and light by how well they show the run; render nothing."),
     ] = False,
     write: Annotated[bool, typer.Option("--write", help="With --suggest: write the proposal to the case.")] = False,
-    runs: Annotated[Path, typer.Option("--runs", help="Folder of the runs of cases.")] = Path("runs"),
+    runs: RunsFolder = Path("runs"),
     workers: Workers = 1,
     ray: Ray = "",
     store: StoreUrl = "",

@@ -5,15 +5,17 @@ from typing import Annotated
 
 import typer
 
-from text2sim.cli.options import AsJson
+from text2sim.cli.options import AsJson, RunsFolder
 from text2sim.cli.output import say, say_json
+from text2sim.cli.recorded import run_folder
 from text2sim.recording.record import RunRecord
 from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import RunError
 
 
 def replay(
-    run: Annotated[Path, typer.Argument(help="Folder of a run.")],
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder, or a case with a run.")],
+    runs: RunsFolder = Path("runs"),
     as_json: AsJson = False,
 ) -> None:
     """Write the page that shows a run in 3D.
@@ -24,6 +26,7 @@ def replay(
     from text2sim.replay.page import write_replay
     from text2sim.spec_schema.load import load_case
 
+    run = run_folder(run, runs)
     case = run / "expanded.yaml"
     if not case.is_file():
         raise RunError(f"{run} is not a run folder: it has no expanded.yaml")
