@@ -173,6 +173,17 @@ def test_bounds_follow_what_throws_carries_and_pushes() -> None:
     assert after.high[0] == pytest.approx(before.high[0], abs=0.02)
 
 
+@pytest.mark.parametrize(("mount", "far"), [("{kind: fixed}", 0.0), ("{kind: free}", 2.0)])
+def test_a_sail_takes_along_what_is_free(mount: str, far: float) -> None:
+    """It is blown to the other side, 2 sqrt(0.4^2 + 0.2^2) m at most; a free boat goes on, and is followed for 2 m."""
+    boat = f"  boat: {{kind: rigid, shape: {{kind: box, size: [0.2, 0.2, 0.1]}}, mount: {mount}, pose: {{pos: [0, 0, 0.4]}}}}"
+    tie = "tie: {kind: attach, body: sail, region: {edge: left}, to: boat}"
+    blow = "blow: {kind: airflow, body: sail, velocity: [0, -6, 0]}"
+    still = pbd(resolve(f"  sail: {SHEET}\n{boat}", FLOOR, f"actions: {{controls: {{{tie}}}}}"))
+    blown = pbd(resolve(f"  sail: {SHEET}\n{boat}", FLOOR, f"actions: {{controls: {{{tie}, {blow}}}}}"))
+    assert still.low[1] - blown.low[1] == pytest.approx(2 * sqrt(0.4**2 + 0.2**2) + far, abs=0.02)
+
+
 def test_a_cloth_hangs_below_what_stands_lowest() -> None:
     peg = "  peg: {kind: rigid, mount: {kind: fixed}, shape: {kind: box, size: [0.02, 0.2, 0.04]}, pose: {pos: [0.25, 0, 0.5]}}"
     assert pbd(resolve(f"  a: {SHEET}\n{peg}", "gravity: [0, 0, -9.81]")).low[2] < 0.5 - 0.4

@@ -90,18 +90,25 @@ def travel(
             distance = min(distance, force / push.drag * span)
         _fly(flights, push.entity, push.force, min(distance, MAX_FOLLOWED_DISTANCE) / force)
     held = {hold.entity for hold in rows.holds}
+    sails = {hold.entity for hold in rows.holds if any(_is_free(copies[name]) for name in hold.to)}
     for flow in rows.airflows:
         if fast := hypot(*flow.velocity):
             shape = copies[flow.entity].shape
             far = min(flow.strongest * fast * duration, MAX_FOLLOWED_DISTANCE)
             if flow.entity in held and isinstance(shape, Sheet):  # it may be blown to the other side
-                far = 2 * hypot(*shape.size)
+                far = 2 * hypot(*shape.size) + (far if flow.entity in sails else 0.0)
             _fly(flights, flow.entity, flow.velocity, far / fast)
     for control in controls:
         for name in masses:
             _carry(flights, control, copies[name], duration)
     spins = {name for name, copy in copies.items() if isinstance(getattr(copy.model, "motion", None), Spin)}
     return Travel(motors, frozenset(spins), holds, flights, starts)
+
+
+def _is_free(copy: Copy) -> bool:
+    """Return whether nothing joins a body to the world: a sail takes its boat along."""
+    model = copy.model
+    return getattr(getattr(model, "mount", None), "kind", None) == "free" or getattr(model, "base", None) == "free"
 
 
 def _fly(flights: dict[str, Vec], name: str, displacement: Vec, times: float) -> None:
