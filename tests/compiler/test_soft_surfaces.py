@@ -264,7 +264,7 @@ class TestMeshFiles:
         assert high == pytest.approx((1, 1, 0), abs=1e-5)
         case = "text2sim: 2\nname: a\nscene: {duration: 1}\nbodies:\n  rag: {kind: %s, shape: {kind: mesh, file: flat.obj}}\n"
         resolve_case(load_text(case % "cloth", tmp_path / "case.yaml"))
-        with pytest.raises(SpecError, match="`flat.obj` is flat: a body of links needs thickness"):
+        with pytest.raises(SpecError, match="`flat.obj` is flat: rigid bodies and links need thickness"):
             resolve_case(load_text(case % "rigid", tmp_path / "case.yaml"))
 
     def test_the_hull_of_many_vertices_is_nearly_that_of_all(self, tmp_path):
