@@ -125,7 +125,10 @@ def test_every_problem_at_once_each_in_its_place():
         ),
         (small(top=MEASURES % "{kind: speed, of: 3}"), "needs a selector, or a list of selectors (got the number 3)"),
         (small(ball=", place: {at: [0, 0]}"), "exactly one of on, above, below"),
-        (small(scene=", domain: {min: [0, 0, 0], max: [1, 1, 0]}"), "every coordinate of max must be larger"),
+        (
+            small(scene=", domain: {min: [0, 0, 0], max: [1, 1, 0]}"),
+            "than that of min; along z, 0 is not larger than 0",
+        ),
         (small(top="render: {resolution: [641, 480]}"), "resolution must be even"),
         (small(top="prompt: 3"), "needs text (got the number 3)"),
         (small().replace("text2sim: 1", "text2sim: 3"), "supports versions 1 to 2 of the language (got 3)"),

@@ -211,8 +211,10 @@ class Bounds(Model):
 
     @model_validator(mode="after")
     def _not_empty(self) -> "Bounds":
-        if any(high <= low for low, high in zip(self.min, self.max, strict=True)):
-            raise ValueError("every coordinate of max must be larger than that of min")
+        for axis, low, high in zip("xyz", self.min, self.max, strict=True):
+            if high <= low:
+                found = f"along {axis}, {high:g} is not larger than {low:g}"
+                raise ValueError(f"every coordinate of max must be larger than that of min; {found}")
         return self
 
 
