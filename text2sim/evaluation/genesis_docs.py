@@ -5,6 +5,7 @@ Read from the package's sources without importing it, so that it is neither outd
 
 import ast
 import importlib.util
+import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -32,10 +33,19 @@ CLASS_SOURCES = {
     "RigidEntity": ("engine/entities/rigid_entity/rigid_entity.py", "engine/entities/base_entity.py"),
     "RigidLink": ("engine/entities/rigid_entity/rigid_link.py",),
     "MPMEntity": ("engine/entities/mpm_entity.py", "engine/entities/particle_entity.py"),
-    "PBDEntity": ("engine/entities/pbd_entity.py",),
-    "FEMEntity": ("engine/entities/fem_entity.py",),
+    "PBDEntity": ("engine/entities/pbd_entity.py", "engine/entities/particle_entity.py"),
+    "FEMEntity": ("engine/entities/fem_entity.py", "engine/entities/base_entity.py"),
 }
 """Sources of the classes whose methods are documented."""
+HELPERS = (
+    "FEMVisGeom",
+    "EntityDescription",
+    "SceneDescription",
+    "EnvironmentLayout",
+    "SceneCheckpoint",
+    "TrajectorySource",
+)
+"""Classes in these sources that are something else."""
 SKIPPED = (
     "GravityMixin",
     "TimeBasedMixin",
@@ -48,6 +58,8 @@ SKIPPED = (
     "ToolOptions",
     "ViewerOptions",
 )
+_BOOKKEEPING = re.compile(r"init_.*|.*_grads?|.*_ckpt|process_input|sample|instantiate")
+"""Methods with docstrings that the engine calls itself."""
 MAX_DEFAULT_LENGTH = 40
 """Longest default value that is shown [characters]."""
 MAX_DOCSTRING_LENGTH = 6_000
@@ -88,10 +100,11 @@ def documentation() -> dict[str, ApiEntry]:
                 found[name] = options if bare else _method(name, made)  # type: ignore[arg-type]
     for owner, places in CLASS_SOURCES.items():
         for node in _classes(root, places):
-            for part in node.body:
+            for part in () if node.name in HELPERS else node.body:
                 if isinstance(part, ast.FunctionDef) and _is_public(part):
                     name = owner if part.name == "__init__" else f"{owner}.{part.name}"
-                    found.setdefault(name, _method(name, part))
+                    if name == "Scene" or name != owner:  # a scene makes all others
+                        found.setdefault(name, _method(name, part))
     return found
 
 
@@ -147,11 +160,13 @@ def _method(name: str, node: ast.FunctionDef) -> ApiEntry:
 
 
 def _is_public(node: ast.FunctionDef) -> bool:
-    """Whether a method is public API: `__init__`, or documented, and neither a kernel nor a property."""
+    """Whether a program may call a method: documented, no kernel or property, nothing that the engine calls itself."""
     marks = [ast.unparse(mark) for mark in node.decorator_list]
     if any("qd." in mark or "setter" in mark or "property" in mark for mark in marks):
         return False
-    return node.name == "__init__" or (node.name[0] != "_" and bool(ast.get_docstring(node)))
+    if node.name in ("__init__", "get_state"):  # which has no docstring in fem
+        return True
+    return node.name[0] != "_" and bool(ast.get_docstring(node)) and not _BOOKKEEPING.fullmatch(node.name)
 
 
 def _defines(node: ast.stmt, name: str) -> bool:
