@@ -43,20 +43,12 @@ def choose(path: Path, runs: Path) -> Chosen:
 
 
 def run_folder(path: Path, runs: Path) -> Path:
-    """Return the folder of a run; for a case, that of its current run.
-
-    Args:
-        path: A run folder, a case folder, or a case file.
-        runs: Folder of the runs of cases.
-
-    Raises:
-        SpecError: if the case is invalid.
-        RunError: if there is no such run.
-    """
+    """Return the folder of a run; for a case, that of its current run. Arguments and errors are those of `choose`."""
     return _current_run(path, runs)[-1] if _is_case(path) else path
 
 
 def _is_case(path: Path) -> bool:
+    """Whether a path is that of a case; raises `RunError` if there is nothing."""
     if not path.exists():
         raise RunError(f"{path}: there is no such run or case")
     return path.is_file() or (path / "case.yaml").is_file() and not (path / "states").is_dir()

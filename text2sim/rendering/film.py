@@ -192,7 +192,7 @@ class Filming:
         return paths
 
     def excerpt(self, reel: Reel, few: list[Frame]) -> Reel:
-        """Return the few frames of a film that are to be traced: a background and more samples must pay for them alone.
+        """Return a film of a few frames, and plan backgrounds and samples for these alone.
 
         Args:
             reel: The film.
