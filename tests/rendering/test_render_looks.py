@@ -9,7 +9,7 @@ import trimesh
 
 from text2sim.compiler.build import plan_case
 from text2sim.compiler.emit import emit
-from text2sim.recording.film_record import Cut, SurfaceLook, WornMesh, _look_by_color
+from text2sim.recording.film_record import Cut, SurfaceLook, WornMesh, _looks_of_pieces
 from text2sim.rendering.backdrop import backdrop_mesh, clearness, haze_distance
 from text2sim.rendering.finishes import FINISHES, _pattern, drawn_finish
 from text2sim.rendering.meshes import RenderMesh, boxed_uvs
@@ -37,7 +37,7 @@ bodies:
         joint: {kind: hinge, axis: y}
         look: {color: steel, finish: brushed_metal}
 """
-RED, BLUE, GREY = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.5, 0.5, 0.5)
+RED, GREY = (1.0, 0.0, 0.0), (0.5, 0.5, 0.5)
 
 
 def look(color: tuple[float, float, float], finish: str) -> dict[str, object]:
@@ -48,25 +48,28 @@ def test_links_and_parts_keep_their_finishes(tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_text(CASE)
     looks = json.loads(emit(plan_case(load_case(path)))["looks.json"])
-    assert {row["finish"] for row in looks["lamp"]} == {"wood", "glass", "brushed_metal"}, "and no look that none wears"
-    (glass,) = (row for row in looks["lamp"] if row["finish"] == "glass")
+    worn = {
+        link: {looks["lamp"]["looks"][k]["finish"] for k in numbers} for link, numbers in looks["lamp"]["links"].items()
+    }
+    assert worn == {"foot": {"wood"}, "arm": {"glass", "brushed_metal"}}, "and no look that none wears"
+    (glass,) = (row for row in looks["lamp"]["looks"] if row["finish"] == "glass")
     assert np.allclose(glass["color"], np.array([0xEE, 0xF6, 0xFF]) / 255, atol=1e-4)
 
 
-def test_recorded_colours_find_their_looks() -> None:
-    red, blue, grey = ((*color, 1.0) for color in (RED, BLUE, GREY))
-    found = _look_by_color([red, blue, red], [look(BLUE, "glass"), look(RED, "wood")])
-    assert found[red]["finish"] == "wood"
-    assert found[blue]["finish"] == "glass"
-    # Grey was painted green since: red still is red, though green is no further from it than from grey.
-    found = _look_by_color([red, grey], [look((0.3, 0.9, 0.3), "cloth"), look(RED, "wood")])
-    assert found[red]["finish"] == "wood"
-    assert found[grey]["finish"] == "cloth"
-    # A red grip on a grey body became a grey grip on a red body.
-    before, now = [look(RED, "wood"), look(GREY, "cloth")], [look(GREY, "wood"), look(RED, "cloth")]
-    found = _look_by_color([red, grey], now, before)
-    assert (found[red]["color"], found[grey]["color"]) == (now[0]["color"], now[1]["color"])
-    assert _look_by_color([red, blue], look(GREY, "paper"))[blue]["finish"] == "paper", "one look is that of all parts"
+def test_recorded_parts_find_their_looks_whatever_the_colours_are() -> None:
+    red, grey = look(RED, "wood"), look(GREY, "cloth")
+    looks = {"looks": [red, grey, None], "links": {"bed": [0, 1, 0], "cab": [2]}}
+    assert _looks_of_pieces(looks, "bed", 3) == [red, grey, red]
+    assert _looks_of_pieces(looks, "cab", 1) == [None], "a mesh in colours of its own keeps them"
+    assert _looks_of_pieces(looks, "bed", 2) == [None, None], "another body was recorded"
+    assert _looks_of_pieces(grey, "bed", 2) == [grey, grey], "one look is that of all parts"
+
+
+def test_parts_of_one_colour_are_told_apart_by_finish(tmp_path: Path) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_text(CASE.replace('look: {color: "#eef6ff", finish: glass}', "look: {color: steel, finish: rubber}"))
+    looks = json.loads(emit(plan_case(load_case(path)))["looks.json"])["lamp"]
+    assert {looks["looks"][k]["finish"] for k in looks["links"]["arm"]} == {"brushed_metal", "rubber"}
 
 
 def test_dark_glass_is_not_clear() -> None:

@@ -23,6 +23,8 @@ class Attempt:
     text: str
     cause: str
     """Why it was made."""
+    coarse_text: str = ""
+    """The text before its steps became finer; empty if they did not."""
     changes: list[str] = field(default_factory=list)
     """Differences from the previous version."""
     problems: list[str] = field(default_factory=list)

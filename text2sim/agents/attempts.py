@@ -9,13 +9,14 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from text2sim.agents.assembly import Examination
+from text2sim.agents.assembly import Examination, examine
 from text2sim.agents.attempt import Attempt
 from text2sim.agents.contract import numbered_copies
 from text2sim.agents.counterfactual import TITLE, Found, causes_text, compare_causes, untried_causes
 from text2sim.agents.facts import compute_facts, facts_as_data
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.pictures import frame_sheet
+from text2sim.agents.refinement import with_finer_steps
 from text2sim.agents.replies import CasePlan
 from text2sim.agents.run_summary import citable_items, evidence_text
 from text2sim.agents.tracks import track_rows, tracks_text
@@ -125,15 +126,17 @@ class Attempts:
         return self._minutes[number]
 
     def recall(self, attempt: Attempt) -> bool:
-        """Restore the results of an earlier run of the same text; return whether there were any."""
+        """Restore the results of an earlier run of a text, and its finer steps; return whether there were any."""
         folder = self.folder_of(attempt.number)
         try:
             data = json.loads((folder / "attempt.json").read_text("utf-8"))
             text = (folder / "case.yaml").read_text("utf-8")
-            if text != attempt.text or data["state"] in ("unsound", "interrupted", "running"):
+            coarse = data.get("coarse_text", "")
+            if (coarse or text) != attempt.text or data["state"] in ("unsound", "interrupted", "running"):
                 return False
             for name in ("state", "run", "evidence", "expect", "cites", "pictures", "wall", "took", "pace", "facts"):
                 setattr(attempt, name, data[name])
+            attempt.coarse_text, attempt.text = coarse, text
         except (OSError, ValueError, KeyError, TypeError):
             return False
         return all((folder / name).is_file() for name in attempt.pictures)
@@ -151,16 +154,18 @@ class Attempts:
         timeout: float,
         on_progress: Callable[[Any], None],
         patience: float = inf,
+        finer_within: float = 0.0,
     ) -> None:
-        """Simulate an attempt and record its evidence.
+        """Simulate an attempt, again with finer steps if bodies sink into each other, and record its evidence.
 
         Args:
-            attempt: The attempt; updated with the result.
+            attempt: The attempt; updated with the result, and with the finer steps.
             examined: Its checked case.
             given: Names of the expectations that come from the request.
             timeout: Longest wall time of the simulation [s].
             on_progress: Callback for the simulation's progress.
             patience: Expected wall time [s] from which it is stopped as soon as its speed is known.
+            finer_within: Longest expected wall time [s] of a second run with finer steps; 0 for none.
 
         Raises:
             MachineError: If this machine cannot run the simulation.
@@ -178,6 +183,14 @@ class Attempts:
         except RunError as error:
             attempt.state, attempt.problems = "failed", [str(error)]
             return
+        finer, factor = with_finer_steps(attempt.text, loaded, result.evidence or {})
+        if factor > 1 and factor * result.wall < finer_within:
+            checked = examine(finer, self.case / "case.yaml")
+            assert checked.loaded is not None
+            again = self._simulated(checked.loaded, **rest)
+            if again.state == "finished":
+                attempt.coarse_text, attempt.text = attempt.text, finer
+                examined, loaded, result = checked, checked.loaded, again
         record = RunRecord.read(result.folder)
         attempt.wall = round(result.wall, 1)
         attempt.state, attempt.run = result.state, result.folder.relative_to(self.case).as_posix()

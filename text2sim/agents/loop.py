@@ -3,14 +3,15 @@
 from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 from typing import Any
 
 from text2sim.agents.agreement import Agreement
-from text2sim.agents.assembly import Examination, case_text
+from text2sim.agents.assembly import Examination, case_text, examine
 from text2sim.agents.attempt import Attempt, best_of, stalled_best
 from text2sim.agents.attempt_report import AttemptReport
-from text2sim.agents.attempts import DURATION_RULE, Attempts
+from text2sim.agents.attempts import DURATION_RULE, MAX_REPEAT_SHARE, Attempts
 from text2sim.agents.cinematography import Cinematography, best_treatment
 from text2sim.agents.contract import Contract
 from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed
@@ -27,6 +28,7 @@ from text2sim.agents.planning import Request, TriedPlan, make_plan
 from text2sim.agents.rehearsal import held_at_start
 from text2sim.agents.replies import CasePlan, Fragments
 from text2sim.agents.requirements import Requirement, extract_requirements
+from text2sim.agents.revising import change_lines
 from text2sim.agents.writer_team import Workshop
 
 STYLE_MINUTES = 4.0
@@ -237,12 +239,7 @@ class AgentLoop:
         self.agreement.adopt_values(attempt.text)
         contract = self.agreement.record_examined(examined)
         self.history.record_agreement(attempt, self.agreement)
-        if not self.attempts.recall(attempt):
-            guess = 0.0 if self.history.timed else examined.seconds
-            self.emit("running", live=True, number=attempt.number, seconds=guess)
-            examined.intended = self.mending.intended(examined.warnings)
-            limit, patience = self.limits.timeout(), self.history.patience()
-            self.attempts.run(attempt, examined, self.agreement.names, limit, self.progress, patience)
+        examined = self._simulate(attempt, examined)
         self.emit(
             "ran", number=attempt.number, state=attempt.state, expect={n: r["ok"] for n, r in attempt.expect.items()}
         )
@@ -250,6 +247,7 @@ class AgentLoop:
             self.attempts.keep(attempt)
             problems = attempt.problems or [f"the run ended without evidence: {attempt.state}"]
             return AttemptReport(problems=problems, rules=rules)
+        assert examined.loaded is not None
         self.attempts.record_facts(attempt, self.agreement.plan, examined.loaded)
         if attempt.sound(()):
             now, slowest = self.limits.minutes_left(), max((one.wall for one in self.history.made), default=0.0)
@@ -261,6 +259,24 @@ class AgentLoop:
             report.critique = self._judge(attempt, report.evidence, contract)
         self.attempts.keep(attempt)
         return report
+
+    def _simulate(self, attempt: Attempt, examined: Examination) -> Examination:
+        """Run an attempt, whose steps may become finer by it unless an existing case is changed; return its check."""
+        text = attempt.text
+        if not self.attempts.recall(attempt):
+            guess = 0.0 if self.history.timed else examined.seconds
+            self.emit("running", live=True, number=attempt.number, seconds=guess)
+            examined.intended = self.mending.intended(examined.warnings)
+            now, names = self.limits.minutes_left(), self.agreement.names
+            finer_within = 0.0 if self.history.base else inf if now is None else MAX_REPEAT_SHARE * 60 * now
+            limit, patience = self.limits.timeout(), self.history.patience()
+            self.attempts.run(attempt, examined, names, limit, self.progress, patience, finer_within)
+        if attempt.text == text:
+            return examined
+        refined = [f"{line} (by the program: bodies sank into each other)" for line in change_lines(text, attempt.text)]
+        attempt.changes += refined
+        self.emit("refined", number=attempt.number, changes=refined)
+        return examine(attempt.text, self.path)
 
     def _judge(self, attempt: Attempt, evidence: str, contract: Contract) -> dict[str, Any]:
         """Have the Critic judge a run, and accept the attempt if nothing speaks against it; return the judgement."""

@@ -249,7 +249,7 @@ def _left_out(run: Path) -> str:
     """Describe the looks that a preview does not show."""
     try:
         looks = json.loads((run / "program" / "looks.json").read_text("utf-8"))
-        unshown = {name: _unshown(look) for name, look in looks.items()}
+        unshown = {name: _unshown(look) for name, look in looks.items() if "looks" not in look}
     except (OSError, ValueError, TypeError, AttributeError):
         unshown = {}
     rows = [f"{words} of `{name}`" for name, words in unshown.items() if words][:MAX_NAMED_LOOKS]

@@ -89,6 +89,8 @@ def _lines(event: str, what: dict[str, Any]) -> list[str]:
             f"attempt {what['number']}: {_shortened(what['cause'])}",
             *(f"  changed: {_shortened(row)}" for row in what["changes"][:6]),
         ]
+    if event == "refined":
+        return [f"  changed: {_shortened(row)}" for row in what["changes"]]
     if event in ("mending", "unsound"):
         word = "to fix" if event == "mending" else "cannot be run"
         return [f"  {word}: {_shortened(row)}" for row in what["problems"][:6]]

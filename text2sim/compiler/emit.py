@@ -135,17 +135,29 @@ def emit(plan: Plan) -> dict[str, bytes]:
 def _looks(plan: Plan) -> bytes:
     """Return colour and finish of every copy, to draw states that were recorded with other looks.
 
-    A copy of several colours has a list; a recorded part is found in it by its colour.
+    A copy with several looks lists them, and for each of its links the number of the look of every part that is drawn.
     """
-    looks = {
-        entity.name: _look(entity, entity.surface)
-        if entity.surface
-        else [_look(entity, surface) for surface in entity.part_surfaces]
-        for entity in plan.entities
-        if entity.surface or entity.part_surfaces
-    }
+    looks: dict[str, Any] = {}
+    for entity in plan.entities:
+        if entity.part_surfaces:
+            looks[entity.name] = _part_looks(entity)
+        elif entity.surface:
+            looks[entity.name] = _look(entity, entity.surface)
     rows = [f"  {json.dumps(name)}: {json.dumps(look)}" for name, look in looks.items()]
     return ("{\n" + ",\n".join(rows) + "\n}\n").encode()
+
+
+def _part_looks(entity: EntityPlan) -> dict[str, Any]:
+    looks: list[dict[str, Any] | None] = []
+    links: dict[str, list[int]] = {}
+    for name, surfaces in entity.part_surfaces.items():
+        links[name] = []
+        for surface in surfaces:
+            look = surface and _look(entity, surface)
+            if look not in looks:
+                looks.append(look)
+            links[name].append(looks.index(look))
+    return {"looks": looks, "links": links}
 
 
 def _look(entity: EntityPlan, surface: Surface) -> dict[str, Any]:

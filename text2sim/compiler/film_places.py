@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from text2sim.compiler.default_colors import STATIC_COLOR
 from text2sim.compiler.film_cameras import FilmedScene, extent, ground_planes
-from text2sim.compiler.looks import has_glass, looks_by_color, luminance, oklab, rounded_rgb
+from text2sim.compiler.looks import all_colors, has_glass, luminance, oklab, rounded_rgb
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.colors import rgb
 from text2sim.spec_schema.models.render import Render
@@ -126,7 +126,7 @@ def floor_of(place: FilmPlace, scene: FilmedScene, radius: float, *, named: bool
         look = copy.model.look
         pattern = OF_FINISH.get(look.finish, pattern)
         if look.color not in (None, STATIC_COLOR):
-            color = next(iter(looks_by_color(copy)))[:3]
+            color = all_colors(copy)[0][:3]
     low, high = JOINT_DISTANCES.get(pattern, (0.1, 2.0))
     return {
         "pattern": pattern,
@@ -163,7 +163,7 @@ def _is_brown(color: str) -> bool:
 def _colors(scene: FilmedScene) -> dict[Vec, None]:
     """Return the distinct colours, in Oklab, of all that moves; glass counts as white."""
     moving = (copy for name in scene.moving for copy in scene.placed[name])
-    colors = dict.fromkeys(rgba[:3] for copy in moving for rgba in looks_by_color(copy))
+    colors = dict.fromkeys(rgba[:3] for copy in moving for rgba in all_colors(copy))
     if any(has_glass(copy) for copies in scene.placed.values() for copy in copies):
         colors[1.0, 1.0, 1.0] = None
     return dict.fromkeys(map(oklab, colors))

@@ -90,12 +90,9 @@ def rgba_of(look: Look, copy: Copy) -> Rgba:
     return (round(red, 4), round(green, 4), round(blue, 4), look.opacity)
 
 
-def looks_by_color(copy: Copy) -> dict[Rgba, Look]:
-    """Return the look that goes with each colour of a copy: that of the body, of its parts and of its links."""
-    looks: dict[Rgba, Look] = {}
-    for look in looks_of(copy.model):
-        looks.setdefault(rgba_of(look, copy), look)
-    return looks
+def all_colors(copy: Copy) -> list[Rgba]:
+    """Return the colours of a copy: that of the body, which comes first, of its parts and of its links."""
+    return list(dict.fromkeys(rgba_of(look, copy) for look in looks_of(copy.model)))
 
 
 def decoration_of(look: Look) -> dict[str, Any]:

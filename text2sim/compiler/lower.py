@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.mechanism import Mechanism, Mechanisms, load_mechanism
 from text2sim.compiler.files import Files
-from text2sim.compiler.looks import Rgba, colors_of, decoration_of, looks_by_color, one_color, rgba_of
+from text2sim.compiler.looks import Rgba, colors_of, decoration_of, one_color, rgba_of
 from text2sim.compiler.memory import ObjectKey
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
@@ -245,9 +245,9 @@ class Lowering:
         self.notes |= {f"{copy.body}: {note}": None for note in made.notes}
         own = copy.model.look
         surface = None if made.color is None or color is None else _surface(own, color, copy.shape)
-        seen = {part.rgba for link in made.tree.links() for part in (*link.geoms, *link.visuals)}
-        looks = {} if surface else looks_by_color(copy)
-        part_surfaces = tuple(_surface(one, rgba) for rgba, one in looks.items() if rgba in seen)
+        part_surfaces = {link.name: _part_surfaces(link, own, copy) for link in made.tree.links()}
+        if all(part == surface for row in part_surfaces.values() for part in row):
+            part_surfaces = {}
         return EntityPlan(
             copy.name, "MJCF", dict(made.options), copy.pos, copy.quat, surface=surface, part_surfaces=part_surfaces,
             material_options=dict(made.grid),
@@ -328,6 +328,18 @@ class Lowering:
     def _local(self, copy: Copy, axis: Any) -> tuple[float, float, float]:
         """Return a world axis in the frame of a copy."""
         return quat_rotate(quat_conjugate(copy.quat), vector_unit(axis))
+
+
+def _part_surfaces(link: TreeLink, own: Look, copy: Copy) -> tuple[Surface | None, ...]:
+    """Return the looks of what is drawn of a link; None for a mesh in colours of its own.
+
+    Args:
+        link: The link.
+        own: The look of its body.
+        copy: The copy that it belongs to.
+    """
+    looks = [part.look or (own if isinstance(part, TreeGeom) else None) for part in link.drawn()]
+    return tuple(look and _surface(look, rgba_of(look, copy), copy.shape) for look in looks)
 
 
 def _surface(look: Look, rgba: Rgba, shape: Any = None) -> Surface:

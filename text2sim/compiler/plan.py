@@ -48,8 +48,9 @@ class EntityPlan:
     """Coefficient; None where the model file gives it."""
     surface: Surface | None = None
     """None where the model file has its own colours."""
-    part_surfaces: tuple[Surface, ...] = ()
-    """Looks of its parts, where the model file has its own colours: a file has colours, but no finishes."""
+    part_surfaces: "dict[str, tuple[Surface | None, ...]]" = field(default_factory=dict)
+    """Looks of all that is drawn of each link, in the order of the model file; None for a mesh in colours of its own.
+    Empty if they are all alike, or the colours of the file count."""
     family: str = "rigid"
     """Solver of the engine that holds it: rigid, mpm, pbd or fem."""
     material: str = "Rigid"

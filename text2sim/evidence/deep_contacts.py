@@ -4,6 +4,7 @@ The engine looks for contacts once a substep: what arrives with the speed v is u
 If that is more than a wall, the contact may push it out on the far side.
 """
 
+from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
@@ -14,8 +15,17 @@ SAFE_SHARE = 0.5
 """Part of the thickness to which the advised substeps shall bring the overlap of an impact."""
 
 
-def deep_contacts(recording: RecordedCase) -> list[str]:
-    """Return a message for the contact that is deepest beside the thinner of its bodies, if it is deeper than that.
+@dataclass(frozen=True)
+class DeepContact:
+    """An overlap that is deeper than the thinner body is thick."""
+
+    message: str
+    substeps_factor: int
+    """Factor on the substeps that brings the overlap of an impact, which is in proportion to them, to a safe one."""
+
+
+def deepest_contact(recording: RecordedCase) -> DeepContact | None:
+    """Return the contact that is deepest relative to the thinner of its bodies, if it is deeper than that is thick.
 
     Pairs that touch in the first step are left out: they may overlap as the case has them, which the lint tells.
     """
@@ -27,15 +37,16 @@ def deep_contacts(recording: RecordedCase) -> list[str]:
     early = {frozenset(pair) for pair in log.links[log.step <= 1].tolist()}
     rows = [row for row in np.flatnonzero(share > 1.0) if frozenset(log.links[row].tolist()) not in early]
     if not rows:
-        return []
+        return None
     row = max(rows, key=lambda row: share[row])
-    depth, at = 1e3 * log.depth[row], log.step[row] * recording.states.dt
+    depth, at, factor = 1e3 * log.depth[row], log.step[row] * recording.states.dt, ceil(share[row] / SAFE_SHARE)
     a, b = (recording.names.label_of_link(link) for link in log.links[row])
-    return [
+    message = (
         f"`{a}` and `{b}` overlap by {depth:.2g} mm at {at:.3g} s, and their thinnest part is "
-        f"{depth / share[row]:.2g} mm thick: use more substeps (scene.substeps; {ceil(share[row] / SAFE_SHARE)} times "
-        "as many for an impact) or thicker walls"
-    ]
+        f"{depth / share[row]:.2g} mm thick: use more substeps (scene.substeps; {factor} times as many for an impact) "
+        "or thicker walls"
+    )
+    return DeepContact(message, factor)
 
 
 def _thickness(recording: RecordedCase, link: int) -> float:

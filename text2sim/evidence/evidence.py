@@ -15,7 +15,7 @@ import numpy as np
 
 from text2sim.evidence import bonds, diagnostics
 from text2sim.evidence.contacts import choose
-from text2sim.evidence.deep_contacts import deep_contacts
+from text2sim.evidence.deep_contacts import deepest_contact
 from text2sim.evidence.events import EventLog, Occurrence, episode_rows, find_events
 from text2sim.evidence.expectations import Ending, Finding, judge_expectations
 from text2sim.evidence.gone_through import gone_through
@@ -75,6 +75,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
             verdict, why = "incomplete", f"the recording is damaged: {lacking}; run the case again"
         deforming = soft_diagnostics(recording)
         driven, motors = off_path(recording), motors_at_limit(recording, events)
+        deep = deepest_contact(recording)
         evidence = {
             "case": case.name,
             "verdict": verdict,
@@ -100,11 +101,12 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
             "suspicions": [
                 *suspicions(recording, deforming),
                 *gone_through(recording),
-                *deep_contacts(recording),
+                *([deep.message] if deep is not None else ()),
                 *held_up(driven),
                 *overloaded(motors),
                 *diagnostics.energy_from_nowhere(recording),
             ],
+            "substeps_factor": deep.substeps_factor if deep is not None else None,
             "removed": recording.states.removed,
             "bonds": bonds.summary(recording),
             "driven": recording.names.driven,

@@ -1,7 +1,6 @@
 """A recorded run for its film: cameras, meshes and looks, from the run folder."""
 
 import json
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,10 +18,6 @@ if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
 
 Rgb = tuple[float, float, float]
-Paint = tuple[float, ...]
-"""Colour and opacity."""
-MAX_SAME_DIFFERENCE = 0.01
-"""Difference below which colours count as the same."""
 
 
 class Cut(NamedTuple):
@@ -134,24 +129,17 @@ def read_recording(folder: Path, plan: "Plan | None" = None) -> FilmRecord:
         film = directed(film, states)
         index = json.loads((folder / "geometry" / "index.json").read_text("utf-8"))
         rows = states.layout["links"]
-        listed = [(rows[int(link)]["body"], int(link), piece) for link, pieces in index.items() for piece in pieces]
-        painted: dict[str, list[Paint]] = {}
-        for body, _, piece in listed:
-            painted.setdefault(body, []).append(tuple(piece["color"]))
-        known = folder / "geometry" / "looks.json"
-        before = json.loads(known.read_text("utf-8")) if known.is_file() else {}  # older runs have none
-        by_color = {
-            body: _look_by_color(colors, looks[body], before.get(body))
-            for body, colors in painted.items()
-            if body in looks
-        }
-        parts = [
-            WornMesh(
-                body, link, folder / "geometry" / piece["mesh"], tuple(piece["pos"]), tuple(piece["quat"]),
-                _look(folder, by_color.get(body, {}).get(tuple(piece["color"])), piece),
-            )
-            for body, link, piece in listed
-        ]  # fmt: skip
+        parts = []
+        for link, pieces in index.items():
+            row = rows[int(link)]
+            worn = _looks_of_pieces(looks.get(row["body"]), row["link"], len(pieces))
+            parts += [
+                WornMesh(
+                    row["body"], int(link), folder / "geometry" / piece["mesh"], tuple(piece["pos"]),
+                    tuple(piece["quat"]), _look(folder, look, piece),
+                )
+                for piece, look in zip(pieces, worn, strict=True)
+            ]  # fmt: skip
         soft = _soft(folder, states, looks)
     except OSError as error:
         raise RunError(f"{folder}: nothing was recorded ({error.strerror}: {error.filename})") from error
@@ -171,11 +159,15 @@ def _program(folder: Path, plan: "Plan | None") -> tuple[dict[str, Any], dict[st
     if not (folder / "states" / "layout.json").is_file():
         raise RunError(f"{folder}: nothing was recorded there")
     if plan is None:
+        film: dict[str, Any] = {}
         try:
             film = read_film((program / "render.py").read_text("utf-8"))
-            return film, json.loads((program / "looks.json").read_text("utf-8"))
+            looks = json.loads((program / "looks.json").read_text("utf-8"))
         except (OSError, ValueError):
-            plan = _plan_anew(folder)
+            looks = None
+        if looks is not None and not any(isinstance(look, list) for look in looks.values()):
+            return film, looks
+        plan = _plan_anew(folder)  # lists are of an older version
     from text2sim.compiler.emit import emit
 
     return plan.render, json.loads(emit(plan)["looks.json"])
@@ -195,39 +187,18 @@ def _plan_anew(folder: Path) -> "Plan":
         ) from error
 
 
-Looks = dict[str, Any] | list[dict[str, Any]]
-"""Looks of a copy: one for all parts, or one for each of its colours, in the order of parts."""
-
-
-def _look_by_color(colors: list[Paint], looks: Looks, before: Looks | None = None) -> dict[Paint, dict[str, Any]]:
-    """Return the look that belongs to each recorded colour of a copy.
-
-    If the looks as recorded are known, and are as many, each colour gets the look that has taken the place of its own.
-    Otherwise a colour that the case still has gets its own look, and one that has changed the nearest that is left.
+def _looks_of_pieces(looks: dict[str, Any] | None, link: str, count: int) -> list[dict[str, Any] | None]:
+    """Return the looks of what is drawn of a link, in the order in which it was recorded; None for recorded colours.
 
     Args:
-        colors: The recorded colours.
-        looks: The looks now.
-        before: The looks as recorded.
+        looks: Looks of its copy, as in `looks.json`.
+        link: Name of the link.
+        count: Number of recorded pieces.
     """
-    if isinstance(looks, dict):
-        return dict.fromkeys(colors, looks)
-    if isinstance(before, list) and len(before) == len(looks):
-        paints = [(*look["color"], look["opacity"]) for look in before]
-        places = {color: min(range(len(paints)), key=lambda k: math.dist(color, paints[k])) for color in set(colors)}
-        return {color: looks[k] for color, k in places.items()}
-    pairs = sorted(
-        (math.dist(color, (*look["color"], look["opacity"])), color, k)
-        for color in set(colors)
-        for k, look in enumerate(looks)
-    )
-    found: dict[Paint, dict[str, Any]] = {}
-    taken: set[int] = set()
-    for away, color, k in pairs:
-        if color not in found and (k not in taken or away < MAX_SAME_DIFFERENCE):
-            found[color] = looks[k]
-            taken.add(k)
-    return found
+    if looks is None or "looks" not in looks:
+        return [looks] * count
+    numbers = looks["links"].get(link, [])
+    return [looks["looks"][k] for k in numbers] if len(numbers) == count else [None] * count
 
 
 def _look(folder: Path, look: dict[str, Any] | None, painted: dict[str, Any]) -> SurfaceLook:

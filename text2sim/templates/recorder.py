@@ -7,7 +7,6 @@
     OUT/states/chunk_00000.npz   frames and contacts; a chunk is complete on disk before the next begins, and the
                                  unfinished one is written every few seconds
     OUT/geometry/index.json      link -> meshes, poses and colours; the meshes are in geometry/<hash>.npz
-    OUT/geometry/looks.json      looks of the copies as they were recorded
     OUT/geometry/solids.json     link -> collision shapes, see `solids.py`
 
 Deformable bodies are recorded by `soft.py`, which only programs with such bodies contain.
@@ -381,8 +380,6 @@ def _write_geometry(solver, offsets: np.ndarray, folder: Path) -> None:
             for vgeom in link.vgeoms
         ]
     write_json(folder / "index.json", index)
-    # Colours identify parts, and later looks of the case are told from those that were recorded.
-    (folder / "looks.json").write_bytes((Path(__file__).parent / "looks.json").read_bytes())
 
 
 def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:

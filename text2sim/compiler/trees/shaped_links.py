@@ -68,9 +68,9 @@ def geoms_of(shape: Any, material: Material, look: Look, copy: Copy, folder: Pat
     found = []
     for piece in pieces:
         part = parts.get(piece.part) if piece.part else None
-        rgba = rgba_of((part.look if part is not None else None) or look, copy)
+        own = (part.look if part is not None else None) or look
         density = densities[piece.part, piece.kind]
-        found.append(TreeGeom(piece, density, material.friction, rgba, torques=material.torques))
+        found.append(TreeGeom(piece, density, material.friction, rgba_of(own, copy), own, torques=material.torques))
     return tuple(found)
 
 
@@ -119,7 +119,7 @@ def _own_colored_surface(mesh: VisualMesh, look: Look, copy: Copy) -> TreeVisual
     if look.color is None and (mesh.picture is not None or mesh.rgba is not None):
         return TreeVisual(mesh, mesh.rgba)
     plain = mesh if mesh.picture is None and mesh.uvs is None else replace(mesh, picture=None, uvs=None)
-    return TreeVisual(plain, rgba_of(look, copy))
+    return TreeVisual(plain, rgba_of(look, copy), look)
 
 
 def _hide(geom: TreeGeom) -> TreeGeom:

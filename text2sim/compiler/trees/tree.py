@@ -25,6 +25,7 @@ from text2sim.compiler.shapes.rotation import (
     quat_rotate,
 )
 from text2sim.compiler.shapes.surface import VisualMesh
+from text2sim.spec_schema.models.materials import Look
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,8 @@ class TreeGeom:
     friction: float
     """Coulomb coefficient."""
     rgba: tuple[float, float, float, float] | None = None
+    look: Look | None = None
+    """None for the look of the body."""
     drawn: bool = True
     """False where a `visual` of the link is drawn instead."""
     touches: bool = True
@@ -51,6 +54,8 @@ class TreeVisual:
 
     mesh: VisualMesh
     rgba: tuple[float, float, float, float] | None = None
+    look: Look | None = None
+    """None for a mesh in colours of its own."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +93,10 @@ class TreeLink:
     def all_joints(self) -> tuple[tuple[str, TreeJoint], ...]:
         """Return name and joint for each joint of this link; a single joint has the link's name."""
         return self.joints if self.joint is None else ((self.name, self.joint),)
+
+    def drawn(self) -> tuple[TreeGeom | TreeVisual, ...]:
+        """Return what is drawn of this link, in the order of its model file."""
+        return *(geom for geom in self.geoms if geom.drawn), *self.visuals
 
     @property
     def inertial(self) -> Inertial:
@@ -256,7 +265,7 @@ def tree_bounds(tree: Tree, quat: Quaternion) -> Bounds:
 
 def link_colors(link: TreeLink) -> set[tuple[float, float, float, float] | None]:
     """Return the colours in which a link is drawn."""
-    return {g.rgba for g in link.geoms if g.drawn} | {v.rgba for v in link.visuals}
+    return {part.rgba for part in link.drawn()}
 
 
 def uncolored(tree: Tree) -> Tree:
