@@ -180,12 +180,28 @@ def test_the_critic_reads_who_did_work_and_nothing_that_is_within_bounds(tmp_pat
     worse = evidence | {
         "penetration": small | {"value": 0.02},
         "off_path": [{"copy": "sled", "value": 0.3, "unit": "m"}],
-        "motors_at_limit": [{"joint": "arm.elbow", "share": 0.9, "off": 0.4, "unit": "rad"}],
+        "motors_at_limit": [
+            {
+                "joint": "arm.elbow",
+                "control": "lift",
+                "share": 0.9,
+                "start": 0,
+                "end": 2,
+                "off": 0.4,
+                "unit": "rad",
+                "max_force": 5,
+                "force_unit": "N m",
+                "against": ["table.leg"],
+            }
+        ],
     }
     told = evidence_text(tmp_path, worse, {"state": "finished"}, ())
     assert "penetration: at most 0.02 m, `a` and `b`, at 0.1 s" in told
     assert "off_path: [{copy: sled, value: 0.3" in told
-    assert "motors_at_limit: [{joint: arm.elbow, share: 0.9" in told
+    assert (
+        "motors_at_limit: `arm.elbow` at its max_force of 5 N m for 90% of `lift`, 0 to 2 s, 0.4 rad from its target at "
+        "the end, pressed against `table.leg`"
+    ) in told
 
 
 def test_of_a_repeat_the_ends_are_told_and_what_has_a_problem(tmp_path: Path) -> None:

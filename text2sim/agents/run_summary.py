@@ -256,11 +256,11 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
         ("joint_limits", over[:MAX_MINOR_ROWS]),
         ("driven", evidence.get("driven")),
         ("off_path", off[:MAX_MINOR_ROWS]),
-        ("motors_at_limit", (evidence.get("motors_at_limit") or [])[:MAX_MINOR_ROWS]),
         ("bonds", evidence.get("bonds")),
     ):
         if found:
             rows.append(f"- {name}: {_small(found)}")
+    rows += [f"- motors_at_limit: {_at_limit(row)}" for row in (evidence.get("motors_at_limit") or [])[:MAX_MINOR_ROWS]]
     for body, row in list((evidence.get("speeds") or {}).items())[:MAX_ROWS]:
         linear = (row or {}).get("linear") or {}
         if linear.get("max"):
@@ -281,6 +281,16 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
         rows.append(f"- deformables: `{body}`, worst values: {', '.join(told) or 'none'}")
     rows += [f"- suspicions: {text}" for text in (evidence.get("suspicions") or [])[:MAX_ROWS]]
     return rows
+
+
+def _at_limit(row: Mapping[str, Any]) -> str:
+    off = "" if row["off"] is None else f", {_short_number(row['off'])} {row['unit']} from its target at the end"
+    against = " and ".join(f"`{name}`" for name in row.get("against") or ())
+    return (
+        f"`{row['joint']}` at its max_force of {_short_number(row['max_force'])} {row['force_unit']} for "
+        f"{row['share']:.0%} of `{row['control']}`, {_short_number(row['start'])} to {_short_number(row['end'])} s{off}"
+        + (f", pressed against {against}" if against else "")
+    )
 
 
 def _work_rows(energy: Mapping[str, Any]) -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 from text2sim.compiler.schedules import value_at
 from text2sim.evidence.events import EventLog, acted_on
 from text2sim.evidence.recorded_case import RecordedCase
-from text2sim.evidence.resistance import ancestors, is_blocked
+from text2sim.evidence.resistance import ancestors, is_blocked, opponents
 from text2sim.evidence.selection import SelectionError
 from text2sim.recording.states import Array, JointRecord
 from text2sim.spec_schema.models.controls import Drive, Reach
@@ -153,6 +153,7 @@ def _row(recording: RecordedCase, joint: JointRecord, span: _Span) -> dict[str, 
         "end": float(states.time[frames[-1]]),
         "off": abs(behind) if known else None,
         "unit": unit + "/s" * speed,
+        "against": opponents(recording, joint, sense, frames[end]) if at_end else [],
         "failed": failed and not is_blocked(recording, joint, sense, frames[end]),
     }
 

@@ -1,5 +1,6 @@
 """Resistance to joints: whether what a motor pushes against is held by more than the motor."""
 
+from collections import defaultdict
 from collections.abc import Iterator
 
 import numpy as np
@@ -10,6 +11,8 @@ from text2sim.recording.vectors import rotate, rotate_back
 
 LEAST_PART = 0.25
 """Part of a motor's force that contacts take up where they block its joint; of two coupled fingers, each takes half."""
+MAX_OPPONENTS = 2
+"""Most bodies that are named."""
 STOP = {"hinge": 0.01, "slider": 1e-3}
 """Distance [rad, m] from the end of a joint's range at which its stop holds it."""
 
@@ -42,10 +45,7 @@ def is_blocked(recording: RecordedCase, joint: JointRecord, sense: float, frames
         return True
     if not log.recorded or states.deformables:
         return True
-    first, last = int(states.steps[frames[0]]), int(states.steps[frames[-1]])
-    rows = np.flatnonzero((log.step >= first) & (log.step <= last))
-    own = recording.names.copies[joint.body].links
-    beyond = {link for link in own if joint.link in ancestors(recording, link)}
+    own, beyond, rows = _links_beyond(recording, joint, frames)
     touching = {frozenset((int(a), int(b))) for a, b in log.links[rows]}
     met = {other for pair in touching if pair & beyond for other in pair - beyond}
     held = {other for other in met if _is_held(recording, joint.body, beyond, other, touching)}
@@ -55,18 +55,52 @@ def is_blocked(recording: RecordedCase, joint: JointRecord, sense: float, frames
         for link, other, sign in ((a, b, 1.0), (b, a, -1.0)):
             if link in beyond and other in held:
                 resistance -= sense * _along(recording, joint, int(row), sign * log.force[row])
-    if resistance / (last - first + 1) >= LEAST_PART * (joint.max_force or 0.0):
+    steps = int(states.steps[frames[-1]]) - int(states.steps[frames[0]]) + 1
+    if resistance / steps >= LEAST_PART * (joint.max_force or 0.0):
         return True
     # In linkages, fingers may be beyond other joints, which constraints couple to this one.
     model = recording.names.model_of(joint.body)
     if not (getattr(model, "file", None) or getattr(model, "loops", None)):
         return False
-    aside = set(own) - beyond - set(ancestors(recording, joint.link))
+    aside = own - beyond - set(ancestors(recording, joint.link))
     return any(
         link in aside and other not in own and _is_held(recording, joint.body, {link}, other, touching)
         for pair in touching
         for link, other in (tuple(pair), tuple(pair)[::-1])
     )
+
+
+def opponents(recording: RecordedCase, joint: JointRecord, sense: float, frames: Array) -> list[str]:
+    """Return the bodies, links or parts whose contacts act against the motor of a joint, the strongest first.
+
+    Args:
+        recording: The recording; without contacts there are none.
+        joint: A hinge or slider.
+        sense: Sign of the motor's force.
+        frames: Indices of the frames to look at, consecutive.
+    """
+    states, log = recording.states, recording.contacts
+    if not log.recorded:
+        return []
+    own, beyond, rows = _links_beyond(recording, joint, frames)
+    pushes: defaultdict[str, float] = defaultdict(float)
+    for row in rows:
+        a, b = (int(link) for link in log.links[row])
+        for link, other, sign, surface in ((a, b, 1.0, 1), (b, a, -1.0, 0)):
+            if link in beyond and other not in own:
+                part = int(states.contact_surfaces[row, surface]) - len(states.links)
+                name = recording.names.label_of_link(other) + (f".{states.parts[part][1]}" if part >= 0 else "")
+                pushes[name] -= sense * _along(recording, joint, int(row), sign * log.force[row])
+    strongest = sorted(pushes, key=lambda name: -pushes[name])[:MAX_OPPONENTS]
+    return [name for name in strongest if pushes[name] > 0]
+
+
+def _links_beyond(recording: RecordedCase, joint: JointRecord, frames: Array) -> tuple[set[int], set[int], Array]:
+    """Return all links of a joint's body, those that it moves, and the indices of the contacts of some frames."""
+    states, log = recording.states, recording.contacts
+    rows = np.flatnonzero((log.step >= int(states.steps[frames[0]])) & (log.step <= int(states.steps[frames[-1]])))
+    own = set(recording.names.copies[joint.body].links)
+    return own, {link for link in own if joint.link in ancestors(recording, link)}, rows
 
 
 def _along(recording: RecordedCase, joint: JointRecord, row: int, force: Array) -> float:
