@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from tests.agents.test_criticism import judged
 from tests.harness.conftest import WrittenRun
@@ -77,6 +78,11 @@ def told(tmp_path: Path) -> Any:
         return fact
 
     return tell
+
+
+def test_a_claim_says_which_of_its_fields_need_each_other() -> None:
+    with pytest.raises(ValidationError, match="`by` and `moved` or `touched` need each other"):
+        Claim(moved="tin")
 
 
 @pytest.mark.parametrize(

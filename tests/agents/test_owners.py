@@ -114,14 +114,13 @@ def test_a_duration_that_is_worked_out_is_no_error() -> None:
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.id)
 def test_what_a_rule_finds_can_be_mended_by_who_is_asked(rule: Rule, assets: Path) -> None:
     before, path = data_of(rule.example), assets / "case.yaml"
-    before["text2sim"] = 2
     text = format_text(json.dumps(before))
     plan = plan_of_case(text, "example")
     found = examine(text, path)
     problems = [p for p in [*found.errors, *found.warnings] if p.rule == rule.id]
     assert problems
     free = plan.model_copy(update={"checks": Fragments()})
-    after = data_of(rule.example, rule.fix) | {"text2sim": 2}
+    after = data_of(rule.example, rule.fix)
     for problem in problems:
         # A draft: nothing of it is the Planner's yet, but what is outside of sections.
         mine = owner_of(problem, ())

@@ -265,7 +265,7 @@ class TestMjcf:
             (mjcf("", "<asset><hfield name='h' file='h.png'/></asset>"), "height field"),
             (mjcf("", "<asset><model file='x.xml'/></asset>"), "`<model>`"),
             (mjcf("<geom type='hfield' hfield='h'/>"), "geom of type `hfield`"),
-            (mjcf("<geom type='plane' size='1 1 1'/>"), "only the stage has planes"),
+            (mjcf("<geom type='plane' size='1 1 1'/>"), "only a static can be"),
             (mjcf("", "<asset><mesh file='../../secret.obj'/></asset>"), "leads out of the case's folder"),
             (mjcf("", "<compiler meshdir='/usr/share'/><asset><mesh file='x.obj'/></asset>"), "an absolute path"),
             (mjcf("", "<asset><mesh name='m' file='gone.obj'/></asset>"), "does not exist in the case's folder"),

@@ -8,9 +8,11 @@ from pydantic import TypeAdapter, ValidationError
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from text2sim.compiler.placing.group import EXACT_SHAPES
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.geometry import inner_floor, pieces, visual_mesh, volume
 from text2sim.compiler.shapes.gjk import distance
+from text2sim.compiler.shapes.rings import ROUND_ABOUT_Z
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
     quat_between,
@@ -93,6 +95,19 @@ def make(kind, **fields):
 
 def test_every_shape_stands_in_the_table():
     assert {*SHAPES, *ELSEWHERE} == set(section_kinds(Shape))
+
+
+def test_shapes_are_listed_by_what_they_are():
+    eighth = quat_from_axis_angle("z", math.pi / 4)
+    around_z, exact = set(), {"mesh"}  # a mesh is what its own file has
+    for kind in SHAPES:
+        shape = make(kind)
+        if np.allclose(extents(shape, eighth, HERE), extents(shape, IDENTITY, HERE)):
+            around_z.add(kind)
+        if pieces(shape, HERE)[0].kind == kind:
+            exact.add(kind)
+    assert around_z - {"sphere"} == ROUND_ABOUT_Z  # a ball has no axis of its own
+    assert exact == set(EXACT_SHAPES)
 
 
 def scipy_turn(quat):

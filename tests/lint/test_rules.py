@@ -2,12 +2,15 @@
 
 import ast
 import re
+from importlib import import_module
 from pathlib import Path
+from pkgutil import walk_packages
 
 import pytest
 from freshness import assert_fresh
 from lint_support import data_of, findings, report_on
 
+import text2sim.lint
 from text2sim.compiler.build import resolve_case
 from text2sim.lint import lint_case
 from text2sim.lint.reference import lint_reference
@@ -60,6 +63,12 @@ def test_ids_are_unique() -> None:
     ids = [*(rule.id for rule in RULES), *EARLIER_RULES]
     assert len(set(ids)) == len(ids)
     assert find_rule("no such rule") is None
+
+
+def test_every_module_of_rules_is_registered() -> None:
+    for module in walk_packages(text2sim.lint.__path__, "text2sim.lint."):
+        rows = getattr(import_module(module.name), "RULES", ())
+        assert set(rows) <= set(RULES), f"add the RULES of {module.name} to lint/rules.py"
 
 
 def test_no_other_check_uses_the_id_of_a_rule() -> None:

@@ -113,12 +113,12 @@ def _filmed(run: Path) -> Iterator[Row]:
         evidence = json.loads((run / "evidence.json").read_text("utf-8"))
         pictures = frames(film, reels(film)[MAIN], float(evidence["time"]["reached"]))
         shown = {one.frame.k: one for one in choose_frames(_moments_to_show(run, evidence), pictures, MAX_FRAMES)}
-        eye = _eye(run)
+        locator = _locator(run)
         with av.open(str(run / f"{MAIN}.mp4")) as video:
             for k, picture in zip(range(max(shown) + 1), video.decode(video=0), strict=False):
                 if k in shown:
                     whole = picture.to_image()
-                    yield shown[k].frame.camera, _caption(shown[k]), whole, _close_up(eye, shown[k], whole)
+                    yield shown[k].frame.camera, _caption(shown[k]), whole, _close_up(locator, shown[k], whole)
     except (OSError, ValueError, TypeError, KeyError, AttributeError, av.error.FFmpegError):
         return  # a run without a film, or of another version: use the preview
 
@@ -143,7 +143,7 @@ def _caption(one: Shown) -> str:
     )
 
 
-def _eye(run: Path) -> "tuple[Recorded, Any] | None":
+def _locator(run: Path) -> "tuple[Recorded, Any] | None":
     """Recording and views for locating bodies in frames; None if that is impossible."""
     try:
         from text2sim.legibility.recorded import Recorded
@@ -156,13 +156,13 @@ def _eye(run: Path) -> "tuple[Recorded, Any] | None":
         return None
 
 
-def _close_up(eye: "tuple[Recorded, Any] | None", one: Shown, picture: Any) -> Any:
+def _close_up(locator: "tuple[Recorded, Any] | None", one: Shown, picture: Any) -> Any:
     """A close-up of a moment's bodies; None if they are large, out of sight, or unknown."""
     import numpy as np
 
-    if eye is None or not one.bodies:
+    if locator is None or not one.bodies:
         return None
-    recorded, cameras = eye
+    recorded, cameras = locator
     wide, tall = picture.size
     view = cameras.view(one.frame.camera, one.frame.t, one.frame.part)
     sight = recorded.sight(one.frame.t, view, (LOCATING_WIDTH, max(2, round(LOCATING_WIDTH * tall / wide))))
@@ -224,9 +224,9 @@ def _traced(run: Path, seconds: float, more: float = 0.0) -> Iterator[Row]:
     except Exception as error:  # noqa: BLE001 - an internal error must not end the loop; the preview is used
         keep_details(error)
         return
-    eye = _eye(run)
+    locator = _locator(run)
     for one, picture in zip(traced, pictures, strict=True):
-        yield one.frame.camera, _caption(one), picture, _close_up(eye, one, picture)
+        yield one.frame.camera, _caption(one), picture, _close_up(locator, one, picture)
 
 
 def _trace(filming: "Filming", reel: "Reel", fewest: int, seconds: float, more: float) -> None:

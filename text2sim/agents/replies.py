@@ -121,7 +121,7 @@ class Claim(Form):
         for key in dict.fromkeys(filter(None, FACTS.values())):
             sorts = [sort for sort, needed in FACTS.items() if needed == key]
             if (getattr(self, key) in ("", None)) == bool(given[0] in sorts):
-                raise ValueError(f"`{key}` goes with {' or '.join(f'`{sort}`' for sort in sorts)}, and they with it")
+                raise ValueError(f"`{key}` and {' or '.join(f'`{sort}`' for sort in sorts)} need each other")
         if (self.lasting is not None or self.never) and not self.touched:
             raise ValueError("`lasting` and `never` go with `touched`")
         if self.lasting is not None and self.never:

@@ -14,14 +14,16 @@ MEMORY_LIMIT = 6 * 1024**3
 PROCESSOR_LIMIT = 100
 MAX_CORNERS = 1000
 
-# Options that the engine sets when it reads a URDF. `urdf.py` checks inertias, of links as the engine merges them;
-# MuJoCo need not read visual meshes.
+# Options that the engine sets when it reads a URDF. MuJoCo neither checks inertias here, which `urdf.py` does for the
+# links that the engine merges, nor reads visual meshes.
 URDF_OPTIONS = (
     '<mujoco><compiler fusestatic="false" strippath="false" inertiafromgeom="false" balanceinertia="true" '
     'discardvisual="true" autolimits="true" boundmass="1e-15" boundinertia="1e-15"/></mujoco></robot>'
 )
 JOINTS = {0: "free", 1: "ball", 2: "slider", 3: "hinge"}
 GEOMS = {0: "plane", 2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box", 7: "mesh"}
+# Of MuJoCo's mjtTrn, mjtWrap and mjtBias.
+ON_JOINT, ON_TENDON, WRAPS_JOINT, AFFINE = (0, 1), 3, 1, 1
 
 
 def main(kind: str, folder: Path) -> None:
@@ -100,26 +102,28 @@ def joint(model, i: int) -> dict:
 def motor(model, i: int) -> dict | None:
     """Return gains and limit of the one motor on a joint, None if there is none or several."""
     mine = [
-        k for k in range(model.nu) if int(model.actuator_trntype[k]) in (0, 1) and int(model.actuator_trnid[k, 0]) == i
+        k
+        for k in range(model.nu)
+        if int(model.actuator_trntype[k]) in ON_JOINT and int(model.actuator_trnid[k, 0]) == i
     ]
     if not mine:
         tendons = {
             t
             for t in range(model.ntendon)
             for w in range(int(model.tendon_adr[t]), int(model.tendon_adr[t]) + int(model.tendon_num[t]))
-            if int(model.wrap_type[w]) == 1 and int(model.wrap_objid[w]) == i
+            if int(model.wrap_type[w]) == WRAPS_JOINT and int(model.wrap_objid[w]) == i
         }
         mine = [
             k
             for k in range(model.nu)
-            if int(model.actuator_trntype[k]) == 3 and int(model.actuator_trnid[k, 0]) in tendons
+            if int(model.actuator_trntype[k]) == ON_TENDON and int(model.actuator_trnid[k, 0]) in tendons
         ]
     if len(mine) != 1:
         return None
     (k,) = mine
     gear = number(model.actuator_gear[k, 0])
     limits = []
-    affine = int(model.actuator_biastype[k]) == 1
+    affine = int(model.actuator_biastype[k]) == AFFINE
     if model.actuator_forcelimited[k]:
         limits += row(model.actuator_forcerange[k])
     if model.actuator_ctrllimited[k] and not affine:
@@ -144,7 +148,7 @@ def geom(model, i: int) -> dict:
     if kind is None:
         raise ValueError(f"a geom of `{name}` has a type that the engine does not have")
     if kind == "plane":
-        raise ValueError(f"a geom of `{name}` is a plane; only the stage has planes: use a box")
+        raise ValueError(f"a geom of `{name}` is a plane, which only a static can be; use a box")
     return {
         "kind": kind,
         "body": int(model.geom_bodyid[i]),

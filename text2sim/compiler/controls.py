@@ -24,7 +24,7 @@ from text2sim.compiler.plan import (
     Weld,
     Wrench,
 )
-from text2sim.compiler.schedules import constructor, oscillation, value_at, waypoint_functions
+from text2sim.compiler.schedules import constructor, oscillation, scale_constructor, value_at, waypoint_functions
 from text2sim.compiler.selection import select
 from text2sim.compiler.shapes.fragment import Fragment
 from text2sim.compiler.shapes.regions import RegionError
@@ -235,7 +235,7 @@ def _wrench(
         return Wrench(copy.name, part, control.at, control.at, control.impulse, none, None, False, point, line, name)
     start, end = span_of(control.during, NEVER_REACHED)
     force, torque = (control.force, none) if isinstance(control, Force) else (none, control.torque)
-    scale = None if control.scale == 1.0 else constructor(control.scale)
+    scale = scale_constructor(control.scale)
     local = control.frame == "body"
     return Wrench(copy.name, part, start, end, force, torque, scale, local, point, line, name)
 

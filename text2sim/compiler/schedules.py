@@ -85,6 +85,11 @@ def slopes(times: list[float], values: list[float]) -> list[float]:
     return [*found, 0.0][: len(times)]
 
 
+def scale_constructor(scale: Schedule) -> Code | None:
+    """Return the source of the function of time of a control's `scale`; None if it is always 1."""
+    return None if scale == 1.0 else constructor(scale)
+
+
 def constructor(schedule: Schedule, before: float | Code = 0.0) -> Code:
     """Return the source of the function of time for a schedule; `before` stands in for a ramp's missing `from`."""
     if isinstance(schedule, Ramp):

@@ -5,6 +5,7 @@ from math import cos, hypot
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.rings import ROUND_ABOUT_Z
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_multiply, quat_of, quat_rotate, vector_cross
 from text2sim.spec_schema.models.base import AXES
 from text2sim.spec_schema.models.faceted import Faceted
@@ -13,8 +14,6 @@ from text2sim.spec_schema.models.shapes import Compound
 MAX_LEVEL_TILT = 0.0087
 """Largest tilt [rad] of a level face: half a degree."""
 SHAPES_WITHOUT_FACES = ("sphere", "ellipsoid", "torus")
-SHAPES_OF_REVOLUTION = ("cylinder", "capsule", "cone", "tube", "cup", "funnel")
-"""Shapes of revolution about z."""
 
 
 def has_slopes(copies: Iterable[Copy], gravity: Vec) -> bool:
@@ -57,7 +56,7 @@ def _has_tilted_faces(shape: Any, quat: Quaternion, up: Vec) -> bool:
     if isinstance(shape, Faceted):
         return True  # slanted faces are what they are used for
     z = _sine(quat, "z", up)
-    if shape.kind in SHAPES_OF_REVOLUTION:
+    if shape.kind in ROUND_ABOUT_Z:
         return MAX_LEVEL_TILT < z < cos(MAX_LEVEL_TILT)
     return z > MAX_LEVEL_TILT and (
         shape.kind == "plane" or min(_sine(quat, axis, up) for axis in "xy") > MAX_LEVEL_TILT

@@ -9,7 +9,6 @@ from text2sim.spec_schema.arithmetic.values import ExpressionError
 from text2sim.spec_schema.errors import Problem, SpecError, nearest
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.base import Model, Positive
-from text2sim.spec_schema.models.measures import Measure
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import read_source
 from text2sim.spec_schema.vocabulary.typed_document import model_of
@@ -43,7 +42,7 @@ def read_statement(loaded: LoadedCase) -> Statement:
         SpecError: with all problems of the file and their places, or if there is nothing to observe.
     """
     measures, path = loaded.case.actions.measures, loaded.folder / STATEMENT_FILE
-    comparable = [name for name, measure in measures.items() if is_observable(measure)]
+    comparable = [name for name, measure in measures.items() if measure.traits.from_poses]
     if not path.is_file():
         if not comparable:
             message = "it has no measure that other engines can give: position, joint_position, energy, …"
@@ -65,8 +64,3 @@ def read_statement(loaded: LoadedCase) -> Statement:
     if problems:
         raise SpecError(problems)
     return statement
-
-
-def is_observable(measure: Measure) -> bool:
-    """Whether a measure only needs poses, velocities and joint positions."""
-    return measure.traits.from_poses and getattr(measure, "at", None) is None

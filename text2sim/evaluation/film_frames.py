@@ -50,7 +50,7 @@ def film_frames(film: Path) -> FilmFrames:
     Raises:
         RunError: If it cannot be decoded.
     """
-    times, greys, size = _looked_through(film)
+    times, greys, size = _scan(film)
     chosen = sorted({*spread_numbers(len(times), EVEN_FRAMES), *_changes(greys)})
     images = [_image(f"frame_{number:02}", picture) for number, picture in enumerate(_pictures(film, chosen), 1)]
     if len(images) != len(chosen):
@@ -66,7 +66,7 @@ def length_of(film: Path) -> float:
     Raises:
         RunError: If it cannot be decoded.
     """
-    return _length(_looked_through(film)[0])
+    return _length(_scan(film)[0])
 
 
 def pictures_at(film: Path, times: list[float]) -> list[Any]:
@@ -75,13 +75,13 @@ def pictures_at(film: Path, times: list[float]) -> list[Any]:
     Raises:
         RunError: If it cannot be decoded.
     """
-    own, _, _ = _looked_through(film)
+    own, _, _ = _scan(film)
     nearest = [int(np.abs(np.array(own) - time).argmin()) for time in times]
     found = dict(zip(sorted(set(nearest)), _pictures(film, sorted(set(nearest))), strict=True))
     return [found[k] for k in nearest]
 
 
-def _looked_through(film: Path) -> tuple[list[float], Any, tuple[int, int]]:
+def _scan(film: Path) -> tuple[list[float], Any, tuple[int, int]]:
     """Times [s] of all frames, thumbnails of them in grey (n, 36, 64), and the size of the first."""
     import av
     import av.error

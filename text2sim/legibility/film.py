@@ -64,7 +64,7 @@ class Watcher:
         return self.recorded.sight(frame.t, self.cameras.view(frame.camera, frame.t, frame.part), self.size)
 
     def row(self, frame: Frame, after: Frame | None = None) -> Row:
-        """Return the measures of a picture, of all things in it, also of those that others hide.
+        """Return the measures of a picture, of all things in it, including those that others hide.
 
         Args:
             frame: The picture.

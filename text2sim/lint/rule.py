@@ -46,7 +46,7 @@ class Rule:
 
 
 EXAMPLE_BASE = """\
-text2sim: 1
+text2sim: 2
 name: example
 scene: {duration: 1.0, statics: {floor: {shape: {kind: plane}}}}
 bodies: {}

@@ -29,7 +29,7 @@ def amount(value: float, unit: str) -> str:
 
 
 def as_radians(degrees: float) -> str:
-    """Return the advice how to write an angle in degrees as one in radians: `45 deg is ${radians(45)}`."""
+    """Return advice on how to write an angle in degrees as one in radians: `45 deg is ${radians(45)}`."""
     return f"{degrees:g} deg is ${{radians({degrees:g})}}"
 
 

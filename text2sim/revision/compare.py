@@ -109,7 +109,7 @@ def _dependencies(loaded: LoadedCase) -> dict[Any, frozenset[str]]:
 
 
 def _add_runs(comparison: CaseComparison, a: Side, b: Side, runs: Path | None) -> None:
-    folders = _find_run(a, runs), _find_run(b, runs) if runs is not None or b.run else None
+    folders = _find_run(a, runs), _find_run(b, runs)
     if folders[0] is None or folders[1] is None:
         return
     comparison.runs = (folders[0], folders[1])

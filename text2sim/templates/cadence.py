@@ -100,7 +100,8 @@ def frames(film: dict, reel: list[dict], last: float) -> list[Frame]:
     found, seen = [], -float("inf")
     for shot in _recorded(reel, last):
         # A cut that goes back by less than BACK is no replay; a replay ends where the shot shows something new.
-        until, seen = seen if shot["from"] < seen - BACK * shot["speed"] else shot["from"], max(seen, shot["to"])
+        until = seen if shot["from"] < seen - BACK * shot["speed"] else shot["from"]
+        seen = max(seen, shot["to"])
         step = shot["speed"] / film["fps"]
         blur = film["motion_blur"] * step / 2
         for i in range(max(1, round((shot["to"] - shot["from"]) / step))):

@@ -56,9 +56,9 @@ class Overlay:
             )
         layer = Image.new("RGBA", picture.size, (0, 0, 0, 0))
         pen = ImageDraw.Draw(layer)
-        if wanted["title"] and (shown := self._title(frame)) > 0:
+        if wanted["title"] and (opacity := self._title_opacity(frame)) > 0:
             font = ImageFont.load_default(size=1.9 * unit)
-            _write(pen, (edge, height - edge), _fitting(wanted["title"], font, width - 2 * edge), font, "ls", shown)
+            _write(pen, (edge, height - edge), _fitting(wanted["title"], font, width - 2 * edge), font, "ls", opacity)
         time = f"t = {frame.t:.2f} s" if wanted["time"] else ""
         rows = [row] if (row := "   ".join(filter(None, (time, pace)))) else []
         rows += self._values(frame.t) if wanted["values"] and self._values else []
@@ -67,7 +67,7 @@ class Overlay:
             _write(pen, (width - edge, edge + round(1.7 * unit * number)), row, font, "ra", 1.0)
         return np.asarray(Image.alpha_composite(picture.convert("RGBA"), layer).convert("RGB"))
 
-    def _title(self, frame: Any) -> float:
+    def _title_opacity(self, frame: Any) -> float:
         """Opacity of the title, 0 to 1."""
         return float(np.clip((TITLE - frame.k / self._fps) / FADE, 0.0, 1.0))
 
@@ -94,8 +94,8 @@ def _pace(frame: Any, *, told: bool) -> str:
     return f"replay   {frame.speed:.2g} x" if abs(frame.speed - 1) > 1e-6 else "replay"
 
 
-def _write(pen: Any, at: tuple[float, float], text: str, font: Any, anchor: str, shown: float) -> None:
+def _write(pen: Any, at: tuple[float, float], text: str, font: Any, anchor: str, opacity: float) -> None:
     """Write a row in white with a dark shadow, which is legible on any background."""
     away = max(1, round(font.size / 16))
-    for x, y, ink in ((away, away, (16, 18, 20, round(170 * shown))), (0, 0, (255, 255, 255, round(250 * shown)))):
+    for x, y, ink in ((away, away, (16, 18, 20, round(170 * opacity))), (0, 0, (255, 255, 255, round(250 * opacity)))):
         pen.text((at[0] + x, at[1] + y), text, font=font, anchor=anchor, fill=ink)

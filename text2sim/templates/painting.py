@@ -67,7 +67,7 @@ def painted(decoration: Decoration, sheets: list[Sheet], own: tuple[float, ...])
         elif decoration.kind in _PAINTERS and not is_round:
             _PAINTERS[decoration.kind](_Pen(picture, scale), sheet, sheets, decoration, own)
         elif decoration.kind and decoration.kind not in _PAINTERS:
-            picture = _cut(decoration, sheet, sheets, own, size)
+            picture = _tiled(decoration, sheet, sheets, own, size)
         if decoration.text and decoration.kind != "book":
             _write(picture, sheet, sheets, decoration, own)
         whole.paste(picture, (round(x * scale), whole.height - size[1]))
@@ -105,16 +105,17 @@ class _Pen:
         self.picture.alpha_composite(layer)
 
 
-def _cut(decoration: Decoration, sheet: Sheet, sheets: list[Sheet], own: Any, size: tuple[int, int]) -> Any:
+def _tiled(decoration: Decoration, sheet: Sheet, sheets: list[Sheet], own: Any, size: tuple[int, int]) -> Any:
     """Return a sheet covered with a repeating pattern."""
     from PIL import Image
 
     is_round = sheets[0].name == "side"
-    width, height = (2 * sheets[1].width if len(sheets) > 1 else 0, 0) if is_round else (0, 0)
-    extents = np.array([sheet.width for sheet in sheets] + [sheet.height for sheet in sheets] + [width, height])
-    across = sheets[0].width / np.pi if is_round else 0.0
-    box = np.array([across] * 3) if is_round else np.sort(np.unique(np.round(extents[extents > 0], 6)))
-    box = box if len(box) >= 3 else np.resize(box, 3)
+    if is_round:
+        box = np.full(3, sheets[0].width / np.pi)
+    else:
+        sides = np.array([(one.width, one.height) for one in sheets])
+        box = np.unique(np.round(sides[sides > 0], 6))
+        box = box if len(box) >= 3 else np.resize(box, 3)
     length = decoration.size or size_for(decoration.kind, box, is_round=is_round)
     made = tile(decoration.kind, decoration.color, own, joints=not is_round)
     fu, fv = fitted(decoration.kind, length, sheet.width, sheet.height)
@@ -287,21 +288,18 @@ def _rings(pen: _Pen, sheet: Sheet, decoration: Decoration, own: Any) -> None:
 
 def _write(picture: Any, sheet: Sheet, sheets: list[Sheet], decoration: Decoration, own: Any) -> None:
     """Write the label on a sheet, if the sheet gets one."""
+    room, places_across = (0.7, 0.5), (0.5,)
     if sheets[0].name == "side":
         flat = len(sheets) > 1 and sheets[0].height < 0.6 * sheets[1].width
         if (sheet.name == "side") == flat:
             return
-        if sheet.name != "side":
-            return _fit(
-                picture, decoration.text, _letters(decoration, own), (0.62, 0.5), at=(0.5, 0.5), plate=decoration.plate
-            )
-        part = min(0.5 * sheet.height, 0.14 * sheet.width) / sheet.height
-        for x in (0.25, 0.75):
-            _fit(picture, decoration.text, _letters(decoration, own), (0.2, part), at=(x, 0.5), plate=decoration.plate)
-        return None
-    if sheet.name != "-z" and sheet.width * sheet.height >= LABELLED * max(one.width * one.height for one in sheets):
-        _fit(picture, decoration.text, _letters(decoration, own), (0.7, 0.5), at=(0.5, 0.5), plate=decoration.plate)
-    return None
+        room = (0.62, 0.5)
+        if sheet.name == "side":
+            room, places_across = (0.2, min(0.5 * sheet.height, 0.14 * sheet.width) / sheet.height), (0.25, 0.75)
+    elif sheet.name == "-z" or sheet.width * sheet.height < LABELLED * max(one.width * one.height for one in sheets):
+        return
+    for x in places_across:
+        _fit(picture, decoration.text, _letters(decoration, own), room, at=(x, 0.5), plate=decoration.plate)
 
 
 def _letters(decoration: Decoration, own: Any) -> Any:
@@ -309,7 +307,7 @@ def _letters(decoration: Decoration, own: Any) -> Any:
 
 
 def _fit(picture: Any, text: str, ink: Any, room: Any, *, at: Any, plate: Any, upended: bool = False) -> None:
-    """Write a line of text as large as it fits.
+    """Write a line of text as large as the space allows.
 
     Args:
         picture: The picture.
@@ -328,7 +326,7 @@ def _fit(picture: Any, text: str, ink: Any, room: Any, *, at: Any, plate: Any, u
     font = ImageFont.load_default(size=100)
     left, top, right, bottom = font.getbbox(text, stroke_width=3)
     size = max(100 * min(wide / max(right - left, 1), tall / max(bottom - top, 1)), 4)
-    font, stroke = ImageFont.load_default(size=size), max(round(size / 30), 0)
+    font, stroke = ImageFont.load_default(size=size), round(size / 30)
     left, top, right, bottom = font.getbbox(text, stroke_width=stroke)
     pad = round(0.45 * (bottom - top)) if plate else 2
     made = Image.new("RGBA", (round(right - left) + 2 * pad, round(bottom - top) + 2 * pad), (*_ink(ink), 0))

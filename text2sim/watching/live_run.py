@@ -1,4 +1,4 @@
-"""Takes: simulations of versions of the case, each in its own folder."""
+"""Live runs: simulations of versions of a watched case, each in its own folder."""
 
 import json
 from dataclasses import dataclass, field
@@ -41,7 +41,7 @@ class Version:
 
 @dataclass
 class LiveRun:
-    """A simulation."""
+    """A simulation of a version."""
 
     number: int
     folder: Path

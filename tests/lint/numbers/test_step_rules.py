@@ -52,6 +52,13 @@ def test_schedules_that_change_within_a_step(assets: Path, scale: str, says: str
     expect_words(assets, "fast-schedule", says, BALL, STATIC, act)
 
 
+def test_gusts_of_a_wind_count(assets: Path) -> None:
+    sheet = "bodies: {sheet: {kind: cloth, shape: {kind: sheet, size: [0.4, 0.4]}, pose: {pos: [0, 0, 1]}}}"
+    wind = "kind: wind, direction: [1, 0, 0], acceleration: 2, scale: {kind: sine, amplitude: 1, frequency: %s}"
+    expect_words(assets, "fast-schedule", "aliases to a slower", sheet, STATIC, control(wind % 60))
+    expect_words(assets, "fast-schedule", "", sheet, STATIC, control(wind % 10))
+
+
 @pytest.mark.parametrize(
     ("act", "severity"),
     [

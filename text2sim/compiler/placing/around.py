@@ -7,6 +7,7 @@ from text2sim.compiler.placing.group import PlacedGroup
 from text2sim.compiler.placing.place_error import PlaceError
 from text2sim.compiler.placing.sides import lined_up
 from text2sim.compiler.shapes.geometry import inner_floor
+from text2sim.compiler.shapes.rings import ROUND_ABOUT_Z
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
     X_AXIS,
@@ -25,8 +26,6 @@ from text2sim.compiler.shapes.sweep import least_distance, sweep
 from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.shapes import Torus
 
-ROUND_ABOUT_Z = ("cylinder", "capsule", "cone", "torus", "tube", "cup", "funnel")
-"""Shapes that are round about their z axis."""
 TESTED_DIRECTIONS = 16
 """Number of sideways directions in which a ring must not come off its pole."""
 MAX_EXCESS = 1e-4
@@ -41,7 +40,7 @@ def axis_frame(target: PlacedGroup) -> Quaternion:
     frame = target.frame()
     kinds = {getattr(spot.shape, "kind", None) for spot in target.members}
     local = Z_AXIS
-    if not kinds <= set(ROUND_ABOUT_Z):
+    if not kinds <= ROUND_ABOUT_Z:
         low, high = target.bounds(frame)
         sides = [b - a for a, b in zip(low, high, strict=True)]
         longest = max(sides)

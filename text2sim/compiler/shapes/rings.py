@@ -22,6 +22,9 @@ MIN_SIDES = 5
 ROW_HEIGHT = math.sqrt(3) / 2
 """Distance of rows over the edge in a lattice of equal triangles."""
 
+ROUND_ABOUT_Z = {"cylinder", "capsule", "cone", "torus", "tube", "cup", "funnel"}
+"""Shapes with an axis about which they are round."""
+
 Point = tuple[float, float]
 """Distance from the axis, and height [m]."""
 

@@ -7,7 +7,7 @@ from text2sim.compiler.literal import Code
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Airflow as AirflowRow
 from text2sim.compiler.plan import Field, Hold, Push
-from text2sim.compiler.schedules import call_of, constructor, largest
+from text2sim.compiler.schedules import call_of, largest, scale_constructor
 from text2sim.compiler.selection import select
 from text2sim.compiler.shapes.rotation import vector_unit
 from text2sim.compiler.soft.regions import region_finder
@@ -54,8 +54,8 @@ class SoftControls:
             copy: What is held.
             held: What holds it, and how.
             until: Times [s] and events that end it.
-            line: Of the case, for the program.
-            name: Of the control.
+            line: Line of the case, for the program.
+            name: Name of the control.
         """
         attach = held.attach
         return Hold(
@@ -79,8 +79,8 @@ class SoftControls:
         Args:
             copy: What is pushed.
             control: The force or impulse.
-            line: Of the case, for the program.
-            name: Of the control.
+            line: Line of the case, for the program.
+            name: Name of the control.
         """
         pose = (copy.pos, copy.quat)
         if isinstance(control, Impulse):
@@ -88,7 +88,7 @@ class SoftControls:
             region = self.finder(copy, control.point)
             return Push(copy.name, pose, region, control.impulse, None, 0.0, control.at, control.at, line, name)
         start, end = span_of(control.during, NEVER_REACHED)
-        scale = None if control.scale == 1.0 else constructor(control.scale)
+        scale = scale_constructor(control.scale)
         region = self.finder(copy, control.region)
         return Push(copy.name, pose, region, control.force, scale, control.drag, start, end, line, name)
 
@@ -153,12 +153,12 @@ def lower_airflow(copy: Copy, control: Airflow, duration: float, line: int, name
     Args:
         copy: The cloth.
         control: The airflow, as the copy has it.
-        duration: Of the run [s].
+        duration: Duration of the run [s].
         line: Line of the case, for the program.
         name: Name of the control.
     """
     start, end = span_of(control.during, NEVER_REACHED)
-    scale = None if control.scale == 1.0 else constructor(control.scale)
+    scale = scale_constructor(control.scale)
     gusts = (control.gusts, control.gust_size, control.seed)
     strongest = largest(control.scale, duration)
     return AirflowRow(copy.name, control.velocity, scale, strongest, *gusts, start, end, line, name)
@@ -173,14 +173,14 @@ def lower_field(control: ANY_FIELD, line: int, name: str) -> Field:
         name: Name of the control.
     """
     start, end = span_of(control.during, NEVER_REACHED)
-    scale = None if control.scale == 1.0 else constructor(control.scale)
+    scale = scale_constructor(control.scale)
     drift = control.drift if isinstance(control, Turbulence) and any(control.drift) else None
-    field = _make(control)
+    field = _force_field(control)
     changing = field if scale is None and drift is None else Code(f"Changing({field})")
     return Field(changing, start, end, line, name, scale, drift)
 
 
-def _make(control: ANY_FIELD) -> Code:
+def _force_field(control: ANY_FIELD) -> Code:
     if isinstance(control, Wind):
         direction, strength = vector_unit(control.direction), control.acceleration
         if control.radius is None:

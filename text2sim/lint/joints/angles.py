@@ -6,7 +6,7 @@ value in degrees looks like radians if it is a rounded simple fraction of pi: 1.
 """
 
 from collections.abc import Iterator
-from math import degrees, pi
+from math import degrees, pi, tau
 from typing import Any
 
 from text2sim.lint.facts import Facts
@@ -76,7 +76,7 @@ def _degrees(facts: Facts) -> Iterator[Problem]:
         for span in spans:
             worst = max(span.extremes(), key=abs)
             if span.mode == "position" and in_degrees(worst):
-                text = f"{worst:g} rad are {abs(worst) / 6.2832:.2g} turns; targets are in radians: {as_radians(worst)}"
+                text = f"{worst:g} rad are {abs(worst) / tau:.2g} turns; targets are in radians: {as_radians(worst)}"
                 yield facts.problem("looks-like-degrees", span.where, text)
                 break
     yield from _bounds(facts)
@@ -102,7 +102,7 @@ def _bounds(facts: Facts) -> Iterator[Problem]:
         key, bound = found
         why = ""
         if _is_free_hinge_angle(facts, entry.measure):
-            why = f"{bound:g} rad are {abs(bound) / 6.2832:.2g} turns of a joint that only hangs and swings"
+            why = f"{bound:g} rad are {abs(bound) / tau:.2g} turns of a joint that only hangs and swings"
         elif where[1] == "expect" and (most := _driven_to(facts, entry.measure)) and abs(bound) > 2 * most:
             why = f"its joint is driven to at most {most:.3g} rad"
         if why:

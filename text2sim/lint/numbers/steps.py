@@ -18,7 +18,7 @@ from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, length
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Driven
-from text2sim.spec_schema.models.controls import Drive, Force, InitialVelocity, Torque
+from text2sim.spec_schema.models.controls import Drive, InitialVelocity
 from text2sim.spec_schema.models.motion import Oscillate, Piecewise, Ramp, Sine, Spin, Steps, Waypoints
 from text2sim.spec_schema.text.document import Path
 
@@ -74,8 +74,8 @@ def _schedules(facts: Facts) -> Iterator[tuple[Path, Any]]:
             for mode in ("position", "velocity", "force"):
                 if getattr(control, mode) is not None:
                     yield (*where, mode), getattr(control, mode)
-        elif isinstance(control, Force | Torque):
-            yield (*where, "scale"), control.scale
+        elif (scale := getattr(control, "scale", None)) is not None:
+            yield (*where, "scale"), scale
     for name, body in facts.case.bodies.items():
         if isinstance(body, Driven):
             where = ("bodies", name, "motion")

@@ -26,6 +26,8 @@ class Resolver:
         problems: Problems of expressions and parameters.
         broken: Paths of scalars without a value.
         varying: Paths of scalars that use copy variables.
+        sites: Expressions by the path of their scalar.
+        scopes: Paths in which copy variables are defined.
     """
 
     def __init__(self, document: Document) -> None:
