@@ -12,6 +12,7 @@ from text2sim.agents import revising
 from text2sim.agents import session as sessions
 from text2sim.agents.assembly import examine
 from text2sim.agents.attempt import Attempt
+from text2sim.agents.attempt_report import AttemptReport
 from text2sim.agents.attempts import DURATION_RULE, Attempts
 from text2sim.agents.replies import Decision
 from text2sim.agents.session import Session, SessionWish
@@ -350,3 +351,17 @@ def test_patches_that_need_each_other_are_applied_together() -> None:
     assert revising.data_of(text)["bodies"]["ball"]["pose"]["pos"][0] == 5
     foreign = [{**patches[1], "section": "scene"}, patches[0]]
     assert revising.with_patches_together(CASE, foreign, path, None) is None, "each stays in its own section"
+
+
+def test_of_a_judgement_the_planner_reads_what_is_not_met_and_of_the_rest_the_names() -> None:
+    marks = {
+        "falls": {"mark": 0.5, "cites": ["frame:1"], "why": "it leans"},
+        "red": {"mark": 1.0, "cites": ["frame:1"], "why": ""},
+    }
+    critique = {"seen": "It leans.", "requirements": marks, "score": 0.0, "refused": [], "patches": [{"section": "x"}]}
+    told = str(AttemptReport(critique=critique))
+    assert "met: [red]" in told
+    assert "why: it leans" in told
+    assert "score: 0.0" in told
+    assert "refused" not in told
+    assert told.count("section: x") == 1

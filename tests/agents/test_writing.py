@@ -170,6 +170,8 @@ def test_a_writer_reads_what_its_plan_needs_and_little_more() -> None:
     assert "- `sphere`:" in pages
     assert "- `funnel`:" not in pages
     assert "`funnel`" in pages, "that there is more is said"
+    several = PlannedBody(kind="rigid", shape="compound", what="a spring made of capsules")
+    assert "- `capsule`:" in writer_pages("bodies", PLAN.model_copy(update={"bodies": {"spring": several}}))
     assert "SoftMaterial" not in pages
     assert "range_deg" not in pages, "nothing is mounted"
     sizes = {section: len(writer_pages(section, PLAN)) for section in SECTIONS}

@@ -48,9 +48,8 @@ class AttemptReport:
         if self.trials:
             parts.append(f"# Trials\n\n{self.trials}")
         if self.critique is not None:
-            critique = dict(self.critique)
-            patches = critique.pop("patches", [])
-            parts.append("# The Critic\n\n" + yaml_text(critique))
+            patches = self.critique.get("patches", [])
+            parts.append("# The Critic\n\n" + yaml_text(_condensed(self.critique)))
             for number, patch in enumerate(patches, 1):
                 parts.append(f"Patch {number}:\n\n" + yaml_text(patch))
         return "\n\n".join(parts)
@@ -82,6 +81,15 @@ class Choices:
             versions = (f"{number}{f' {flow_text(own)}' if own else ''}" for number, own in differing.items())
             rows.append(f"`back_to` can be {', '.join(versions)}.")
         return " ".join(rows)
+
+
+def _condensed(critique: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a judgement without its patches, of what is met only the names, and of what is empty nothing."""
+    marks = critique.get("requirements") or {}
+    met = [name for name, row in marks.items() if row["mark"] == 1]
+    unmet = {name: row for name, row in marks.items() if row["mark"] < 1}
+    rows = {**critique, "requirements": unmet, "met": met, "patches": None}
+    return {key: row for key, row in rows.items() if row not in ([], {}, "", None)}
 
 
 def _bullets(lines: Sequence[str]) -> str:

@@ -250,6 +250,7 @@ def needed_kinds(plan: CasePlan) -> set[str]:
     found = set(plan.mode)
     for body in plan.bodies.values():
         words = set(re.findall(r"[a-z][a-z_]+", f"{body.kind} {body.shape} {body.mount} {body.what}".lower()))
+        words |= {word.removesuffix("s") for word in words}
         found |= {body.kind, body.shape, body.mount} | (words & kind_words.known_kinds() - AS_WORDS)
         if body.count > 1:
             found |= {"line", "grid", "stack", "ring"} if not words & COPIES else set()
