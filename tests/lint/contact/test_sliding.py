@@ -68,6 +68,22 @@ def test_on_something_else_than_the_ground(tmp_path: Path) -> None:
     assert "along `table` at 5 m/s (friction 0.7)" in text
 
 
+def test_a_load_on_a_driven_cart_is_fine(tmp_path: Path) -> None:
+    cart = """
+    bodies:
+      cart:
+        kind: rigid
+        shape: {kind: box, size: [2, 2, 0.1]}
+        pose: {pos: [0, 0, 0.95]}
+        mount: {kind: slider, axis: x, actuator: {damping: 1e6}}
+    """
+    load, push = BODY.format(BOX, 0.5, 1.1), PUSH.format("[5, 0, 0]", "[0, 0, 0]")
+    (text,) = slides(tmp_path, cart, load, push)
+    assert "along `cart`" in text
+    drive = "actions: {controls: {cruise: {kind: drive, joint: cart, velocity: 5}}}"
+    assert slides(tmp_path, cart, load, push, drive) == []
+
+
 def test_only_flat_nets_are_named(tmp_path: Path) -> None:
     net = "bodies: {net: {kind: net, cells: [4, 4], size: [1, 2], radius: 0.01, sag: %s, pose: {pos: [0, 0, 1]}}}"
     (found,) = findings(tmp_path, "flat-net", net % 0)

@@ -15,6 +15,7 @@ from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.bodies import Driven
 
 BALL_INVERSE_MASS_RATIO = 3.5
 """Tangential inverse mass at the surface of a ball over that at its centre: 1 + m r2 / I."""
@@ -72,7 +73,7 @@ def _slide(facts: Facts, row: StartVelocity) -> _Slide | None:
     if is_soft(copy.model):  # the friction cone is that of rigid contacts
         return None
     support, normal = _support(facts, copy)
-    if support is None:
+    if support is None or _moves_from_the_start(facts, support):
         return None
     low = min(part.lowest(normal) for part in facts.parts(copy))
     height = vector_dot(copy.pos, normal) - low
@@ -85,6 +86,11 @@ def _slide(facts: Facts, row: StartVelocity) -> _Slide | None:
     friction = friction_between(facts, copy, support)
     ease = BALL_INVERSE_MASS_RATIO if getattr(copy.shape, "kind", None) == "sphere" else 1.0
     return _Slide(copy, support, row, slip, friction, friction * slip / (1 + ease * friction**2))
+
+
+def _moves_from_the_start(facts: Facts, support: Copy) -> bool:
+    """Return whether a support is driven, so that what moves with it does not slide, as a load on a cart."""
+    return isinstance(support.model, Driven) or support.name in {drive.entity for drive in facts.rows.drives}
 
 
 def friction_between(facts: Facts, one: Copy, other: Copy) -> float:
