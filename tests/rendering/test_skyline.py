@@ -5,7 +5,7 @@ import pytest
 
 from text2sim.rendering.backdrop import haze_distance, sky
 from text2sim.rendering.noise import fractal_noise, sampled
-from text2sim.rendering.skyline import ROWS, skyline
+from text2sim.rendering.skyline import FARTHEST, ROWS, distance_of, skyline
 from text2sim.templates.cameras import View
 
 HAZE = np.array([0.87, 0.91, 0.93])
@@ -13,11 +13,11 @@ BLUE = np.array([0.5, 0.7, 0.9])
 PIXEL = 0.002
 
 
-def painted(kind, turn, rise):
+def painted(kind, turn, rise, far=1):
     """Colours of a skyline in directions: fractions of a turn and elevations [rad], both of shape (n,)."""
     flat, angle = np.cos(rise), 2 * np.pi * np.asarray(turn)
     rays = np.stack([flat * np.cos(angle), flat * np.sin(angle), np.sin(rise)], axis=-1)
-    return skyline(kind, rays[None], HAZE, PIXEL, np.broadcast_to(BLUE, rays[None].shape))[0]
+    return skyline(kind, rays[None], HAZE, PIXEL, np.broadcast_to(BLUE, rays[None].shape), far)[0]
 
 
 @pytest.mark.parametrize("kind", ROWS)
@@ -60,3 +60,13 @@ def test_noise_repeats_without_a_seam():
     x = np.linspace(0, 1, 40)
     assert sampled(tile, x + 1, x - 2) == pytest.approx(sampled(tile, x, x))
     assert sampled(tile, np.array([5 / 64]), np.array([7 / 64]))[0] == pytest.approx(tile[7, 5])
+
+
+def test_a_skyline_stands_far_enough_away_for_its_top_to_be_in_the_picture():
+    assert distance_of("wood", [0.3]) == 1, "sky above it"
+    assert distance_of("wood", [-0.1]) == 1, "no picture shows it"
+    assert distance_of("wood", [0.3, 0.03]) == 3, "the lowest picture counts"
+    assert distance_of("wood", [0.004]) == FARTHEST
+    turn, rise = np.full(200, 0.3), np.linspace(0.0, 0.08, 200)
+    tops = [rise[np.abs(painted("wood", turn, rise, far) - BLUE).max(axis=1) > 0.05].max() for far in (1, 3)]
+    assert tops[1] < 0.45 * tops[0]

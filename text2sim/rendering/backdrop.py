@@ -90,6 +90,13 @@ def edge_rays(view: Any, aspect: float) -> Array:
     return np.stack([ahead, *(ahead + tall * side for side in sides)])
 
 
+def upper_edge(view: Any) -> float:
+    """Return the elevation [rad] of the middle of a picture's upper edge."""
+    _, up, ahead = (np.array(axis) for axis in basis(view.pos, view.look_at, view.up))
+    ray = ahead + np.tan(np.radians(view.fov) / 2) * up
+    return float(np.arcsin(ray[2] / np.linalg.norm(ray)))
+
+
 def wall_mesh(
     backdrop: dict[str, Any], eyes: Iterable[Array], things: Array, stage: float, rays: Sequence[Array] = ()
 ) -> Wall:
@@ -260,7 +267,7 @@ def clearness(haze: float, depth: Array, alpha: Array, *, edge: bool = False) ->
     return np.exp(-((away / haze) ** (EDGE if edge else FADING)))
 
 
-def sky(backdrop: dict[str, Any], background: Array, view: Any, size: tuple[int, int]) -> Array:
+def sky(backdrop: dict[str, Any], background: Array, view: Any, size: tuple[int, int], far: int = 1) -> Array:
     """Return the background in sRGB: one colour, shape (3,), or a sky, shape (h, 1 or w, 3).
 
     Args:
@@ -268,6 +275,7 @@ def sky(backdrop: dict[str, Any], background: Array, view: Any, size: tuple[int,
         background: Colour at the horizon.
         view: View of the film's camera.
         size: Width and height of the picture [pixels].
+        far: How many times as far away as usual the skyline is.
     """
     if "sky" not in backdrop:
         return np.asarray(background, float)
@@ -283,7 +291,7 @@ def sky(backdrop: dict[str, Any], background: Array, view: Any, size: tuple[int,
     if "skyline" not in backdrop:
         return sky
     pixel = 2 * tall / height
-    sky = skyline(backdrop["skyline"], rays, np.asarray(background, float), pixel, sky)
+    sky = skyline(backdrop["skyline"], rays, np.asarray(background, float), pixel, sky, far)
     return blurred(sky, view.aperture / max(view.focus, 1e-6) / pixel)
 
 

@@ -19,22 +19,21 @@ import numpy as np
 from text2sim.recording.film_record import FilmRecord
 from text2sim.recording.run_files import read_measures
 from text2sim.rendering import tone
-from text2sim.rendering.backdrop import clearness, sky
+from text2sim.rendering.backdrop import clearness
 from text2sim.rendering.background import COARSE, LIGHT_SAMPLES, background_samples
 from text2sim.rendering.frames import Digests, remove_abandoned, save, write_radiance
 from text2sim.rendering.resting import drawn_frames, held_samples
 from text2sim.rendering.scene import FilmStage, sensor
+from text2sim.rendering.skies import Skies
 from text2sim.rendering.standing import StandingCameras
 from text2sim.rendering.trace import QUALITIES, Quality, Traced, trace
 from text2sim.spec_schema.errors import RunError, did_you_mean, there_are
 from text2sim.templates.cadence import MAIN, Frame, frames, reels
-from text2sim.templates.cameras import Cameras, View
+from text2sim.templates.cameras import Cameras
 from text2sim.templates.overlays import Overlay
 from text2sim.templates.video import Video
 
 Format = Literal["png", "exr"]
-MAX_SKIES = 8
-"""Largest number of painted skies that are kept."""
 PROBE_SAMPLES = 1 + LIGHT_SAMPLES / COARSE**2
 """Samples per pixel by which a moment is compared with a background."""
 ENCODER = {"draft": (18, "medium"), "final": (16, "slow")}
@@ -110,7 +109,7 @@ class Filming:
         self._drawn: dict[Frame, Frame] = {}
         self._samples: dict[Frame, int] = {}
         self._standing = self._standing_cameras()
-        self._skies: dict[bytes, Any] = {}
+        self._skies = Skies(recording.film, self._cameras, recording.states.time, self.size)
 
     def _standing_cameras(self) -> StandingCameras:
         gain = self.recording.film["gain"]
@@ -143,7 +142,8 @@ class Filming:
         other.size, other.fps, other._how, other._drawn = size, fps, replace(self._how, samples=samples), {}
         other._shutter = self._shutter * min(1.0, fps / self.fps)  # fewer pictures are no more blurred
         other._samples, other._standing = {}, other._standing_cameras()
-        other._digests, other._skies = Digests(self.recording, other._how, size), {}
+        other._digests = Digests(self.recording, other._how, size)
+        other._skies = replace(self._skies, size=size)
         return other
 
     def reels(
@@ -253,22 +253,12 @@ class Filming:
         traced = trace(moments, how, self.recording.film["gain"], behind)
         traced.seconds |= {"update": update, "background": behind_took}
         if view is not None:
-            traced.behind, traced.haze = self._sky(view), stage.haze(view.pos)
+            traced.behind, traced.haze = self._skies.behind(view, frame.camera), stage.haze(view.pos)
         return traced
 
     def _shown(self, frame: Frame) -> Frame:
         """Return the frame that is drawn for a frame."""
         return self._drawn.get(frame, frame)
-
-    def _sky(self, view: View) -> Any:
-        """Return what is behind all surfaces; it is painted once for a camera that stands still."""
-        key = np.hstack(view).tobytes()
-        if key not in self._skies:
-            if len(self._skies) >= MAX_SKIES:
-                self._skies.clear()
-            film = self.recording.film
-            self._skies[key] = sky(film["backdrop"], film["background"], view, self.size)
-        return self._skies[key]
 
     def develop(self, traced: Traced) -> Any:
         """Return a traced frame as displayed, uint8."""

@@ -4,7 +4,9 @@ All of it is painted by direction of view, as if infinitely far away: it costs n
 as a real horizon does. Angles are in radians.
 """
 
+from collections.abc import Sequence
 from functools import cache
+from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,11 +36,25 @@ ROWS: dict[str, tuple[tuple[str, float, float], ...]] = {
     "town": (("hills", 0.03, 0.66), ("houses", 0.075, 0.5), ("trees", 0.021, 0.3)),
 }
 """From the farthest to the nearest: what stands there, its mean height, and the part of haze in its colour."""
+TALLEST, FARTHEST = 2.0, 4
+"""Height of the tallest trees and houses over the mean height, with some sky; largest multiple of the distance."""
 FOOT = -0.12
 """Elevation at which the nearest row ends in haze. The ground hides that."""
 
 
-def skyline(kind: str, rays: Array, haze: Array, pixel: float, behind: Array) -> Array:
+def distance_of(kind: str, tops: Sequence[float]) -> int:
+    """Return how many times as far away as usual a horizon is, so that the upper edge of no picture cuts its top off.
+
+    Args:
+        kind: One of `ROWS`.
+        tops: Elevation of the upper edge of each picture.
+    """
+    tallest = TALLEST * max(height for _, height, _ in ROWS[kind])
+    cut = [top for top in tops if 0.0 < top < tallest]
+    return min(ceil(tallest / min(cut)), FARTHEST) if cut else 1
+
+
+def skyline(kind: str, rays: Array, haze: Array, pixel: float, behind: Array, far: int = 1) -> Array:
     """Paint clouds and a horizon over a sky.
 
     Args:
@@ -47,6 +63,7 @@ def skyline(kind: str, rays: Array, haze: Array, pixel: float, behind: Array) ->
         haze: Colour of the haze at the horizon, sRGB.
         pixel: Angle that a pixel covers.
         behind: The sky, sRGB, shape (h, w, 3).
+        far: How many times as far away as usual it is.
     """
     sky = _clouded(rays, behind)
     rise = np.arcsin(np.clip(rays[..., 2], -1.0, 1.0))
@@ -54,9 +71,10 @@ def skyline(kind: str, rays: Array, haze: Array, pixel: float, behind: Array) ->
     seen = np.flatnonzero(((rise < tallest) & (rise > 2 * FOOT)).any(axis=1))
     if len(seen):
         band = slice(seen[0], seen[-1] + 1)
-        turn = np.arctan2(rays[band, :, 1], rays[band, :, 0]) / (2 * np.pi)
+        turn = far * np.arctan2(rays[band, :, 1], rays[band, :, 0]) / (2 * np.pi)
         for k, (row, height, hazy) in enumerate(ROWS[kind]):
-            color, top = _PAINTERS[row](turn, rise[band], height, k)
+            color, top = _PAINTERS[row](turn, far * rise[band], height, k)
+            top = top / far
             cover = np.clip((top - rise[band]) / pixel + 0.5, 0.0, 1.0)
             # Mist gathers at the foot of what is far away.
             misty = np.clip(hazy + 0.25 * (1 - rise[band] / np.maximum(top, 1e-3)), 0.0, 0.9) if k == 0 else hazy
