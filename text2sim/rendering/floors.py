@@ -17,7 +17,7 @@ from text2sim.rendering.tone import linear
 Array = NDArray[np.floating]
 
 TEXELS = 1024
-PATCH_TEXELS, PATCH_LENGTH = 256, 7.3
+PATCH_TEXELS, PATCH_LENGTH = 512, 7.3
 """Texels of the map of patches, and the length after which it repeats in lengths of the texture."""
 
 
@@ -43,7 +43,7 @@ SURFACES = {
     "tiles": FloorPattern(8, 0.3, 0.4, 0.02),
     "asphalt": FloorPattern(2, 0.85, 0.2, 0.10, 0.22),
     "earth": FloorPattern(2, 0.95, 0.1, 0.15, 0.55, (1.4, 1.0, 1.5)),
-    "grass": FloorPattern(2, 0.95, 0.1, 0.22, 0.55),
+    "grass": FloorPattern(2, 0.95, 0.1, 0.22, 0.42),
     "sand": FloorPattern(4, 0.95, 0.1, 0.07, 0.12),
 }
 PLAIN = "polished"
@@ -63,7 +63,7 @@ def floor_material(pattern: str, color: tuple[float, float, float], tile: float)
     if not surface.patches:
         return mitsuba().load_dict({"type": "twosided", "bsdf": _coat(surface, values, length)})
     light, dark = (1 + sign * surface.patches / 2 * np.array(surface.tint) for sign in (1, -1))
-    where = 0.5 + 0.22 * fractal_noise(np.random.default_rng(5), 1.5, PATCH_TEXELS)[..., None]
+    where = 0.5 + 0.22 * fractal_noise(np.random.default_rng(5), 1.05, PATCH_TEXELS)[..., None]
     return mitsuba().load_dict({
         "type": "twosided",
         "bsdf": {
