@@ -16,7 +16,7 @@ def said(new_run: Any, make_case: Any, ways: dict[str, Any], *, controls: Any = 
     """What is said of boxes that go along ways; half their sides by name, 0.05 m if left out."""
     run = new_run()
     for name, way in {"floor": np.zeros(3), **ways}.items():
-        link = run.add_link(name, fixed=name in ("floor", "plate"), pos=way(run.time) if callable(way) else way)
+        link = run.add_link(name, fixed=name in ("floor", "plate", "peg"), pos=way(run.time) if callable(way) else way)
         run.add_box(link, solids.get(name, [0.05, 0.05, 0.05]))
     case = make_case(
         bodies=tuple(name for name in ways if name != "plate"), statics=("floor",), controls=controls or {},
@@ -70,6 +70,10 @@ def test_a_heavy_box_that_sinks_into_a_light_one_is_told_unless_they_are_welded(
     assert words.startswith("`heavy` is inside `light` at 0.67 s")
     weld = {"hold": {"kind": "attach", "body": "heavy", "to": "light"}}
     assert said(new_run, make_case, ways, controls=weld) == []
+
+
+def test_what_is_fixed_astride_something_fixed_is_meant_so(new_run, make_case) -> None:
+    assert said(new_run, make_case, {"plate": [0, 0, 1.0], "peg": [0.1, 0, 1.0]}, plate=[0.5, 0.5, 0.02]) == []
 
 
 def test_a_heap_of_five_hundred_takes_a_moment(new_run, make_case) -> None:
