@@ -46,8 +46,8 @@ def gone_through(recording: RecordedCase) -> list[str]:
     if not recording.states.frames:
         return []
     pieces = [*_pieces(recording)]
-    loose = [target for target in recording.names.loose if not recording.states.links[target.root].fixed]
-    movers = [piece for piece in pieces if piece.solid.kind != "plane" and piece.target in loose]
+    loose, links = recording.names.loose, recording.states.links
+    movers = [piece for piece in pieces if piece.target in loose and not links[piece.target.root].fixed]
     found: dict[frozenset[str], tuple[int, str, str, str]] = {}
     held = _held_together(recording)
     for mover, other in _pairs_in_reach(movers, pieces):
