@@ -16,6 +16,7 @@ from text2sim.rendering.particle_surface import liquid_surface
 from text2sim.rendering.rigid import read_picture
 from text2sim.rendering.shapes import filtering, mesh_shape, shaded
 from text2sim.rendering.tears import Tears, Torn, nearest, torn_at
+from text2sim.rendering.tessellation import Tessellation
 from text2sim.rendering.water import absorption, clear_liquid
 from text2sim.rendering.wetting import Wall, creased, cut_off, wetted
 from text2sim.templates.shading import LETS_GO, Shell, part_of_triangles, smooth_normals
@@ -69,6 +70,11 @@ class SoftSurface:
             uvs, layer = self._decorated(at_rest, flat, look, textured=textured)
         elif picture is None and textured:
             uvs = self._metric(at_rest, uvs)
+        self._finer = None
+        if part.kind == "cloth":
+            places = np.unique(np.round(at_rest, 7), axis=0, return_inverse=True)[1].ravel()
+            self._finer = Tessellation(self._faces, places[self._own])
+            uvs = None if uvs is None else self._finer.between(uvs)
         self._uvs = uvs
         rest: dict[str, Any] = {"two_sided": part.kind == "cloth", "texture_scale": texture_scale}
         printed = picture is not None or layer is not None
@@ -182,16 +188,19 @@ class SoftSurface:
             clear: Whether only clear parts are returned, or only others.
         """
         normals, whole = self._shell.normals(vertices)[self._corners], self.whole(vertices, particles, torn)
+        places, faces = vertices[self._own], self._faces
+        if self._finer is not None:
+            places, faces, normals = self._finer.vertices(places), self._finer.faces, self._finer.unit(normals)
         found = {}
         for k, coat in enumerate(self._coats):
             if coat.is_clear != clear or not (drawn := coat.faces & whole).any():
                 continue
-            color, shade = (np.broadcast_to(c, (len(self._own), 3)) for c in coat.colors)
+            color, shade = (np.broadcast_to(c, (len(places), 3)) for c in coat.colors)
             name = f"{self.name}_{k}"
+            shown = faces[drawn if self._finer is None else self._finer.each(drawn)]
             found[name] = mesh_shape(
-                name, bsdf or coat.bsdf, vertices[self._own], self._faces[drawn], normals,
-                colors=color, shades=shade, uvs=self._uvs,
-            )  # fmt: skip
+                name, bsdf or coat.bsdf, places, shown, normals, colors=color, shades=shade, uvs=self._uvs
+            )
         open_ = any((coat.faces & ~whole).any() for coat in self._coats if not coat.is_clear)
         if open_ and not clear:
             found |= self._inside(vertices, particles, torn, whole, bsdf)
