@@ -176,21 +176,15 @@ class Attempts:
         assert examined.loaded is not None
         begun = monotonic()
         lint = [{"rule": p.rule, "path": p.path, "message": p.message, "reason": None} for p in examined.warnings]
-        loaded = examined.loaded
         rest: dict[str, Any] = {"timeout": timeout, "on_progress": on_progress, "lint": lint}
         try:
-            result = self._simulated(loaded, patience=patience, **rest)
+            result = self._simulated(examined.loaded, patience=patience, **rest)
+            examined, result = self._refined(attempt, examined, result, finer_within, rest)
         except RunError as error:
             attempt.state, attempt.problems = "failed", [str(error)]
             return
-        finer, factor = with_finer_steps(attempt.text, loaded, result.evidence or {})
-        if factor > 1 and factor * result.wall < finer_within:
-            checked = examine(finer, self.case / "case.yaml")
-            assert checked.loaded is not None
-            again = self._simulated(checked.loaded, **rest)
-            if again.state == "finished":
-                attempt.coarse_text, attempt.text = attempt.text, finer
-                examined, loaded, result = checked, checked.loaded, again
+        loaded = examined.loaded
+        assert loaded is not None
         record = RunRecord.read(result.folder)
         attempt.wall = round(result.wall, 1)
         attempt.state, attempt.run = result.state, result.folder.relative_to(self.case).as_posix()
@@ -211,6 +205,27 @@ class Attempts:
         attempt.cites = sorted(citable_items(result.evidence, frames, bodies))
         attempt.took = round(monotonic() - begun, 1)
         self.keep(attempt)
+
+    def _refined(
+        self, attempt: Attempt, examined: Examination, result: "RunResult", within: float, options: dict[str, Any]
+    ) -> tuple[Examination, "RunResult"]:
+        """Run an attempt again with finer steps if its bodies sank into each other and that takes less than `within` [s].
+
+        Returns:
+            Check and result of the finer one if it finished, or else of the first; the attempt gets its text.
+        """
+        assert examined.loaded is not None
+        text, factor = with_finer_steps(attempt.text, examined.loaded, result.evidence or {})
+        if factor == 1 or factor * result.wall >= within:
+            return examined, result
+        finer = examine(text, self.case / "case.yaml")
+        assert finer.loaded is not None
+        again = self._simulated(finer.loaded, **options)
+        if again.state != "finished":
+            return examined, result
+        finer.intended = examined.intended
+        attempt.coarse_text, attempt.text = attempt.text, text
+        return finer, again
 
     def refilm(self, loaded: LoadedCase) -> None:
         """Update the run of a case whose `render` section or looks alone have changed; its film is traced later.
