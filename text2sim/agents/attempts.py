@@ -209,7 +209,7 @@ class Attempts:
     def _refined(
         self, attempt: Attempt, examined: Examination, result: "RunResult", within: float, options: dict[str, Any]
     ) -> tuple[Examination, "RunResult"]:
-        """Run an attempt again with finer steps if its bodies sank into each other and that takes less than `within` [s].
+        """Repeat a run with finer steps if bodies sank into each other and that takes less than `within` [s].
 
         Returns:
             Check and result of the finer one if it finished, or else of the first; the attempt gets its text.
