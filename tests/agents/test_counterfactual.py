@@ -40,6 +40,16 @@ def test_pairs_of_friction_go_with_their_bodies() -> None:
     assert case_without(case, ["ball"])["scene"]["contact"]["pairs"] == {}
 
 
+def test_air_goes_on_blowing_on_what_is_left_of_its_list() -> None:
+    case = data_of(TEXT)
+    case["actions"]["controls"] = {
+        "breeze": {"kind": "airflow", "body": ["ball", "tin[0]", "tin[1]"], "velocity": [1, 0, 0]},
+        "gust": {"kind": "airflow", "body": ["ball"], "velocity": [1, 0, 0]},
+    }
+    controls = case_without(case, ["ball"])["actions"]["controls"]
+    assert {name: row["body"] for name, row in controls.items()} == {"breeze": ["tin[0]", "tin[1]"]}
+
+
 def test_what_a_repeat_makes_goes_with_its_cause_and_a_namesake_stays() -> None:
     case = data_of(TEXT)
     case["actions"]["controls"] = {

@@ -307,7 +307,7 @@ def test_the_line_about_a_field_says_what_it_moves(kind: str) -> None:
 def test_one_airflow_acts_on_each_copy(tmp_path: Path) -> None:
     def check(*bodies: str) -> list[tuple[str, str]]:
         rows = "".join(
-            f"    {c}: {{kind: airflow, body: '{b}', velocity: [1, 0, 0]}}\n" for c, b in zip("ab", bodies, strict=True)
+            f"    {c}: {{kind: airflow, body: {b}, velocity: [1, 0, 0]}}\n" for c, b in zip("ab", bodies, strict=False)
         )
         text = (
             "text2sim: 2\nname: line\nscene: {duration: 1}\nbodies:\n"
@@ -316,14 +316,16 @@ def test_one_airflow_acts_on_each_copy(tmp_path: Path) -> None:
             f"actions:\n  controls:\n{rows}"
         )
         try:
-            plan_case(load_text(text, tmp_path / "case.yaml"))
+            plan = plan_case(load_text(text, tmp_path / "case.yaml"))
         except SpecError as error:
             return [(problem.rule, problem.message) for problem in error.problems]
-        return []
+        return [(row.entity, row.control) for row in plan.airflows]
 
-    assert check("flag[0]", "flag[1]") == []
-    assert check("flag[*]", "flag[1]") == [
-        ("second-airflow", "`a` already acts on `flag[1]`; change it by its `scale`")
+    assert check("'flag[0]'", "'flag[1]'") == [("flag[0]", "a"), ("flag[1]", "b")]
+    assert check("['flag[1]', flag]") == [("flag[1]", "a"), ("flag[0]", "a")], "each once"
+    assert check("'flag[*]'", "[flag]") == [
+        ("second-airflow", "`a` already acts on `flag[0]`; change it by its `scale`"),
+        ("second-airflow", "`a` already acts on `flag[1]`; change it by its `scale`"),
     ]
 
 

@@ -37,6 +37,27 @@ def test_flutter_dies_away_and_the_whole_goes_on(simulate, agree):
     agree("flutter beside that of a plain sheet", left[0] / left[1], wanted, within=0.05)
 
 
+SWAYING = """
+scene: {duration: 1.4, record: {rate: 50}}
+bodies:
+  damped: {kind: cloth, cell: 0.05, shape: {kind: sheet, size: [0.15, 0.6]}, material: {bending_compliance: 1.0e4, damping: 5}, pose: {pos: [0, 0, 1], euler_deg: [105, 0, 0]}}
+  plain: {kind: cloth, cell: 0.05, shape: {kind: sheet, size: [0.15, 0.6]}, material: {bending_compliance: 1.0e4}, pose: {pos: [1, 0, 1], euler_deg: [105, 0, 0]}}
+actions:
+  controls:
+    hold: {kind: attach, body: damped, region: {edge: back}, to: world}
+    hold_plain: {kind: attach, body: plain, region: {edge: back}, to: world}
+"""
+
+
+def test_what_hangs_sways_on(simulate, agree):
+    """A towel is a pendulum of the period `2 pi sqrt(2 L / (3 g))`, which internal friction leaves alone."""
+    trial = simulate(SWAYING)
+    late = trial.time > np.pi * np.sqrt(0.4 / 9.81)
+    damped, plain = (np.ptp(rows(trial.states, body)[0].mean(axis=1)[late, 1]) for body in ("damped", "plain"))
+    agree("sway from side to side [m]", damped, plain, within=0.1 * plain)
+    assert plain > 0.08, "they do sway"
+
+
 def flutter(points):
     """Motion of points (F, n, 3) between records, without that of a rigid body, (F - 1, n, 3)."""
     moved, found = np.diff(points, axis=0), []

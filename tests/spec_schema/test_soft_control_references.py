@@ -30,6 +30,7 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
     ),
     ("no-cloth", f"{CONTROL}/body", None, {CONTROL: {**FLOW, "body": "jelly"}}),
     ("no-cloth", f"{CONTROL}/body", None, {CONTROL: {**FLOW, "body": "ball"}}),
+    ("no-cloth", f"{CONTROL}/body/1", None, {CONTROL: {**FLOW, "body": ["curtain", "jelly"]}}),
     ("unknown-link", f"{CONTROL}/body", "jelly", {CONTROL: {**PUSH, "body": "jelly.top"}}),
     ("soft-holder", f"{CONTROL}/to", None, {CONTROL: {"kind": "attach", "body": "curtain", "to": "jelly"}}),
     ("soft-holder", f"{CONTROL}/to", None, {CONTROL: {"kind": "attach", "body": "ball", "to": "jelly"}}),

@@ -42,6 +42,10 @@ def case_without(case: Data, names: Collection[str]) -> Data:
     pairs = (scene.get("contact") or {}).get("pairs") or {}
     for name in [name for name, row in pairs.items() if _refers(row, gone)]:
         del pairs[name]
+    for row in (actions.get("controls") or {}).values():
+        body = row.get("body")  # a list of an airflow, which blows on those that are left
+        if isinstance(body, list) and (others := [one for one in body if not _refers(one, gone)]):
+            row["body"] = others
     while lost := [
         (part, name)
         for part in PARTS

@@ -25,7 +25,7 @@ from text2sim.compiler.plan import (
     Wrench,
 )
 from text2sim.compiler.schedules import constructor, oscillation, scale_constructor, value_at, waypoint_functions
-from text2sim.compiler.selection import select
+from text2sim.compiler.selection import select, select_all
 from text2sim.compiler.shapes.fragment import Fragment
 from text2sim.compiler.shapes.regions import RegionError
 from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_minus, vector_plus
@@ -43,7 +43,7 @@ from text2sim.compiler.soft.controls import (
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.loaded import LoadedCase
-from text2sim.spec_schema.models.base import listed, span_of
+from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import (
     Attach,
@@ -125,6 +125,9 @@ def lower_controls(
         if isinstance(control, Bond):
             _bond(loaded, control, copies, rows, name)
             continue
+        if isinstance(control, Airflow):
+            _airflow(loaded, control, copies, rows, name)
+            continue
         chosen, part = select(control.joint if isinstance(control, Drive) else control.body, copies)
         varies = loaded.varies(pointer)
         try:
@@ -136,11 +139,6 @@ def lower_controls(
                 own = loaded.control_copy(name, copy.variables) if varies else control
                 if isinstance(own, Force | Impulse) and soft is not None and is_soft(copy.model):
                     rows.pushes.append(soft.push(copy, own, line, name))
-                elif isinstance(own, Airflow):
-                    if (earlier := next((row for row in rows.airflows if row.entity == copy.name), None)) is not None:
-                        text = f"`{earlier.control}` already acts on `{copy.name}`; change it by its `scale`"
-                        rows.problems.append(loaded.problem((*pointer, "body"), text, rule="second-airflow"))
-                    rows.airflows.append(lower_airflow(copy, own, loaded.case.scene.duration, line, name))
                 elif isinstance(own, Reach):
                     _reach(own, copy, part or "", points, held.get(copy.name, ()), rows, line, name)
                 else:
@@ -157,12 +155,23 @@ def lower_controls(
     return rows
 
 
+def _airflow(loaded: LoadedCase, control: Airflow, copies: dict[str, list[Copy]], rows: ControlRows, name: str) -> None:
+    pointer = ("actions", "controls", name)
+    acting = {row.entity: row.control for row in rows.airflows}
+    for copy in select_all(control.body, copies):
+        if copy.name in acting:
+            text = f"`{acting[copy.name]}` already acts on `{copy.name}`; change it by its `scale`"
+            rows.problems.append(loaded.problem((*pointer, "body"), text, rule="second-airflow"))
+        own = loaded.control_copy(name, copy.variables)
+        assert isinstance(own, Airflow)
+        rows.airflows.append(lower_airflow(copy, own, loaded.case.scene.duration, loaded.line(pointer), name))
+
+
 def _bond(loaded: LoadedCase, control: Bond, copies: dict[str, list[Copy]], rows: ControlRows, name: str) -> None:
     from text2sim.compiler.bonds import face_bonds  # arrays, which few cases need
 
     pointer = ("actions", "controls", name)
-    chosen = {copy.name: copy for selector in listed(control.of) for copy in select(selector, copies)[0]}
-    bonds = face_bonds(control, list(chosen.values()), loaded.folder, loaded.line(pointer), name)
+    bonds = face_bonds(control, select_all(control.of, copies), loaded.folder, loaded.line(pointer), name)
     taken = {frozenset((bond.a, bond.b)) for bond in rows.bonds}
     twice = next((bond for bond in bonds if frozenset((bond.a, bond.b)) in taken), None)
     if not bonds:

@@ -17,6 +17,7 @@ from text2sim.compiler.soft.speeds import impact_speed, speed_limit
 from text2sim.compiler.soft.travel import travel
 from text2sim.spec_schema.errors import AssetError, SpecError
 from text2sim.spec_schema.loaded import LoadedCase
+from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.names.selectors import body_of
 
 
@@ -39,8 +40,8 @@ def soft_lowering(loaded: LoadedCase, placed: dict[str, list[Copy]], files: File
     except AssetError as error:
         raise SpecError([loaded.problem(("bodies",), str(error), rule="asset")]) from error
     model = contact_model(case.bodies.values(), case.scene)
-    names = (getattr(control, "body", None) for control in case.actions.controls.values())
-    acted_on = frozenset(body_of(name) for name in names if name is not None)
+    controls = case.actions.controls.values()
+    acted_on = frozenset(body_of(name) for one in controls for name in listed(getattr(one, "body", None)))
     return SoftLowering(case.scene, model, fine, MeshFiles(loaded.folder, files), acted_on)
 
 

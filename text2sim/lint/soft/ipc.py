@@ -100,8 +100,7 @@ def _controls(facts: Facts) -> Iterator[Problem]:
         return
     names = {body.body for body in soft.of("ipc", "fem")}
     for name, control in facts.case.actions.controls.items():
-        body = body_of(getattr(control, "body", ""))
-        if body in names and control.kind in _REFUSED:
+        if control.kind in _REFUSED and (body := body_of(getattr(control, "body", ""))) in names:
             text = f"`{body}` cannot be {_REFUSED[control.kind]} under contact model ipc: {_INSTEAD[control.kind]}"
             yield facts.problem("ipc-control", ("actions", "controls", name, "kind"), text)
 

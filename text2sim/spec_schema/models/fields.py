@@ -13,7 +13,7 @@ from text2sim.spec_schema.models.base import (
     NonNegative,
     Positive,
     Real,
-    Selector,
+    Selectors,
     Vec3,
     Window,
 )
@@ -64,8 +64,8 @@ class Airflow(_During):
     """
 
     kind: Literal["airflow"]
-    body: Selector
-    """The cloth, or copies of one. One airflow for each."""
+    body: Selectors
+    """The cloth, copies of one, or a list. One airflow for each."""
     velocity: Vec3
     """Velocity [m/s] of the air, multiplied by `scale`. It carries a sheet that lies
     across it from `sqrt(2 area_density g / (1.5 rho))` on: 1.3 m/s for 0.15 kg/m2."""

@@ -60,7 +60,10 @@ class ClothMaterial(Model):
     thickness: Length = 1e-3
     """Thickness [m]. With solver pbd contact uses the particle distance instead."""
     friction: Real = Field(default=0.3, ge=0.0, le=5.0)
-    """Coulomb coefficient on itself, other cloth and mpm bodies; on a rigid body the larger of both values applies."""
+    """Coulomb coefficient on itself, other cloth and mpm bodies; on a rigid body the larger of both values applies.
+    Folded over a bar it slides off once L1 of it hangs on one side and less than `L1 / exp(3.14 friction)` on the
+    other. With solver pbd that needs a `rigidity` of 1e-5 or less: one as stiff as by default stands off a bar of less
+    than two cells, and friction counts for less."""
     youngs_modulus: Positive | None = None
     """With solver ipc: in-plane Young's modulus [Pa] of the fabric; by default 1e6."""
     poisson_ratio: Real | None = Field(default=None, ge=0.0, lt=0.5)
@@ -87,8 +90,9 @@ class ClothMaterial(Model):
     """With solver pbd, for a closed hull of volume V: the pressure [Pa] grows by `gas_modulus (V_start / V - 1)`; by
     default 0, as if a pump kept it. Sealed air has 1e5, and needs short steps."""
     damping: NonNegative | None = None
-    """With solver pbd: rate c [1/s] of its internal friction, by default 0: it sways and flutters with an amplitude
-    that falls as `exp(-c t / 2)`. 5 ends it within a second, and folds close as slowly. Its fall is not damped."""
+    """With solver pbd: rate c [1/s] of its internal friction, by default 0: it flutters with an amplitude that falls as
+    `exp(-c t / 2)`. 5 ends it within a second, and folds close as slowly. It damps neither fall nor sway as a whole:
+    let a wind fade over the period `2 pi sqrt(2 L / (3 g))` of what hangs down by L, or give a `drag`."""
     air_resistance: NonNegative | None = None
     """With solver pbd: coefficient c [kg/m] of the drag `c |v| v` of still air on each point; by default `cell^2 / 4`,
     as of air. A sheet with n points, `(size / cell + 1)` along each side, lets a mass m sink at `sqrt(m g / (n c))`, as

@@ -51,16 +51,14 @@ def check_airflow(table: NameTable, where: Path, control: Airflow) -> None:
         where: Path of the control.
         control: The control.
     """
-    member = table.find(control.body, (*where, "body"))
-    if member is None:
-        return
-    case = table.loaded.case
-    if not isinstance(member.model, Cloth):
-        message = f"`{member.name}` is not a cloth: an airflow acts only on cloth; use `force` or `wind`"
-        table.report((*where, "body"), message, "no-cloth")
-    elif member.model.solver == "ipc" or case.scene.contact.model == "ipc":
-        message = f"an airflow acts on cloth of solver pbd, and `{member.name}` is simulated by ipc"
-        table.report((*where, "body"), message, "no-cloth")
+    contact = table.loaded.case.scene.contact
+    for member in table.find_all(control.body, (*where, "body")):
+        if not isinstance(member.model, Cloth):
+            message = f"`{member.name}` is not a cloth: an airflow acts only on cloth; use `force` or `wind`"
+            table.report(member.where, message, "no-cloth")
+        elif member.model.solver == "ipc" or contact.model == "ipc":
+            message = f"an airflow acts on cloth of solver pbd, and `{member.name}` is simulated by ipc"
+            table.report(member.where, message, "no-cloth")
 
 
 def check_attach_kind(table: NameTable, where: Path, control: Attach, body: Member, target: Member | None) -> bool:
