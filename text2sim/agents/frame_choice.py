@@ -173,8 +173,9 @@ def choose_frames(
         c(k) = (M(k) + w k / K) / (M(K) + w),  w = max(TIME_SHARE M(K), LEAST_MOTION)
 
     Others stand halfway between those neighbours i, j between which most happens: where c is nearest to half of
-    c(i) + c(j). Last, a frame that is neither decisive nor at an end, c = a after and b before its neighbours, is
-    replaced by such a one, x after i and y before j, while 2 a b < x y: the sum of squares of all gaps falls.
+    c(i) + c(j). Last, a frame that is neither decisive nor at an end, with c by a above one neighbour's and by b below
+    the other's, is replaced by such a one, x after i and y before j, while 2 a b < x y. So the sum of squares of what
+    happens between neighbours falls.
 
     Args:
         wanted: Moments, the most important first.
@@ -193,7 +194,8 @@ def choose_frames(
     _halve(found, pictures, happened, min(count, len(found) + MAX_GAP_FRAMES), 1 / MIN_GAP_DIVISOR)
     _show(found, wanted, pictures, count)
     _halve(found, pictures, happened, count)
-    _exchange(found, pictures, happened, kept)
+    if any(motion):
+        _exchange(found, pictures, happened, kept)
     return sorted(found, key=lambda one: one.frame.k)
 
 
@@ -210,9 +212,8 @@ def choose_stills(
     shown = [(frame, one) for one in wanted if (frame := nearest_frame(pictures, one.t)) is not None]
     events = [*dict.fromkeys(frame for frame, _ in shown)][:MAX_EVENT_STILLS]
     count = EVEN_STILLS + len({*events} - {pictures[0], pictures[-1]})
-    return [
-        one.frame for one in choose_frames([one for frame, one in shown if frame in events], pictures, count, motion)
-    ]
+    decisive = [replace(one, decisive=True) for frame, one in shown if frame in events]
+    return [one.frame for one in choose_frames(decisive, pictures, count, motion)]
 
 
 def _show(found: list[Shown], wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], limit: int) -> None:
