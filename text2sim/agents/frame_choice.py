@@ -279,7 +279,7 @@ def _exchange(
         if frame is None:
             return
         after = next(i for i, one in enumerate(found) if one.frame.k > frame.k)
-        if 2 * lost >= (happened[frame.k] - c[after - 1]) * (c[after] - happened[frame.k]):
+        if not 2 * lost < (happened[frame.k] - c[after - 1]) * (c[after] - happened[frame.k]):
             return
         found[number] = Shown(frame)
 
