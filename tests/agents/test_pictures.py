@@ -246,6 +246,10 @@ def test_a_slide_gets_pictures_in_place_of_those_that_resemble_their_neighbours(
     assert sum(3.4 < one.frame.t < 3.84 for one in found) >= 2
     assert {"expect:quiet", "blue_down", "calm"} <= {reason for one in found for reason in one.reasons}
     assert max(b.frame.t - a.frame.t for a, b in zip(found, found[1:], strict=False)) < 3.0, "time counts as well"
+    near = [*WIND, *(FrameMoment(0.02 * k, f"at {k}") for k in range(375))]
+    assert all(one.reasons for one in choose_frames(near, pictures, 12, moving(pictures, 3.4, 3.9))), (
+        "new ones are named"
+    )
 
 
 def test_a_film_is_judged_by_pictures_of_its_fall_and_no_two_alike() -> None:

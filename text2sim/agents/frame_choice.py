@@ -196,6 +196,7 @@ def choose_frames(
     _halve(found, pictures, happened, count)
     if any(motion):
         _exchange(found, pictures, happened, kept)
+        _show(found, wanted, pictures, len(found))  # names what new frames show
     return sorted(found, key=lambda one: one.frame.k)
 
 
