@@ -15,11 +15,13 @@ from text2sim.agents.frame_choice import (
     FrameMoment,
     after_strikes,
     choose_frames,
+    choose_stills,
     moments,
     named_bodies,
     with_attached,
 )
 from text2sim.agents.pictures import FEWEST_TRACED, MAX_FRAMES, frame_sheet, moments_of
+from text2sim.legibility import visible_motion
 from text2sim.templates.cadence import MAIN, Frame, frames, read_film, reels
 from text2sim.templates.video import Video
 
@@ -214,6 +216,77 @@ def test_a_close_view_shows_what_is_attached_to_a_body_as_well() -> None:
     actions = {"controls": {"hold": hold, "push": {"kind": "force", "body": "car"}, "odd": None}}
     assert with_attached(("car", "floor"), actions) == ("car", "floor", "foam")
     assert with_attached(("ball",), actions) == ("ball",)
+
+
+def film(seconds: float, speed: float = 1.0, cameras: str = "m") -> list[Frame]:
+    """A film of 25 pictures a second, in equal shots by cameras with these letters."""
+    step, count = speed / 25, round(seconds / speed * 25)
+    rows = [(k, cameras[k * len(cameras) // count], k * step) for k in range(count)]
+    return [Frame(k, camera, t, 0.0, t, t, 0.0, speed) for k, camera, t in rows]
+
+
+def moving(pictures: list[Frame], start: float, end: float) -> list[float]:
+    """Motion that is even between two times [s], two heights of the picture in all."""
+    return [2 * min(max((one.t - start) / (end - start), 0.0), 1.0) for one in pictures]
+
+
+WIND = [
+    FrameMoment(0.88, "expect:quiet", (), True), FrameMoment(3.88, "blue_down", (), True), FrameMoment(6.0, "calm", (), True),
+    *(FrameMoment(t, f"before {t}") for t in (0.6, 0.75, 1.05, 1.2, 1.35, 5.7, 5.85, 6.15, 6.3, 6.45)),
+]  # fmt: skip
+
+
+def test_a_slide_gets_pictures_in_place_of_those_that_resemble_their_neighbours() -> None:
+    """A towel slides from 3.4 s on until it is off the line at 3.88 s; before and after it, all hangs and lies still."""
+    pictures = film(7.5)
+    plain = choose_frames(WIND, pictures, 12)
+    assert not any(3.4 < one.frame.t < 3.84 for one in plain), "time alone does not know"
+    found = choose_frames(WIND, pictures, 12, moving(pictures, 3.4, 3.9))
+    assert len(found) == 12
+    assert sum(3.4 < one.frame.t < 3.84 for one in found) >= 2
+    assert {"expect:quiet", "blue_down", "calm"} <= {reason for one in found for reason in one.reasons}
+    assert max(b.frame.t - a.frame.t for a, b in zip(found, found[1:], strict=False)) < 3.0, "time counts as well"
+    near = [*WIND, *(FrameMoment(0.02 * k, f"at {k}") for k in range(375))]
+    assert all(one.reasons for one in choose_frames(near, pictures, 12, moving(pictures, 3.4, 3.9))), (
+        "new ones are named"
+    )
+
+
+def test_a_film_is_judged_by_pictures_of_its_fall_and_no_two_alike() -> None:
+    """All drives evenly until 1.9 s, slides and tips over, and rests from 2.9 s on."""
+    pictures = film(4.88)
+    wanted = [FrameMoment(1.06, "even"), FrameMoment(4.9, "slid"), FrameMoment(0.02, "on"), FrameMoment(1.7, "braking")]
+    times = [one.t for one in choose_stills(wanted, pictures, moving(pictures, 1.9, 2.9))]
+    assert len(times) == 7, "six, and one of an event between the ends"
+    assert sum(1.95 < t < 2.85 for t in times) >= 3
+    assert (times[0], times[-1]) == (0.0, pictures[-1].t) and any(abs(t - 1.06) < 0.03 for t in times)
+    assert min(np.diff(times)) >= MIN_INTERVAL
+    assert len(choose_stills(wanted[3:], pictures)) == 7
+
+
+def test_pictures_of_a_fast_film_are_a_tenth_of_a_second_of_film_apart() -> None:
+    pictures = film(20.0, speed=4.0)
+    wanted = [FrameMoment(0.16 * k, f"event {k}") for k in range(1, 40)]
+    numbers = [one.frame.k for one in choose_frames(wanted, pictures, 12)]
+    assert min(np.diff(numbers)) / 25 >= MIN_INTERVAL
+
+
+def test_the_only_picture_of_a_shot_stays_although_nothing_moves_in_it() -> None:
+    pictures = film(6.0, cameras="aaaaabccccc")
+    decided = [FrameMoment(t, f"expect:{t}", (), True) for t in (2.6, 3.4, 3.8, 4.2, 4.6, 5.0, 5.4)]
+    wanted = [FrameMoment(3.0, "max of calm"), *decided]
+    found = choose_frames(wanted, pictures, 12, moving(pictures, 0.0, 1.0))
+    assert "b" in {one.frame.camera for one in found}
+
+
+def test_the_sheet_takes_account_of_motion_that_was_recorded(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tell(run, hit=0.12)
+    recorded: Any = SimpleNamespace(recording=None)
+    monkeypatch.setattr(pictures, "_locator", lambda run: (recorded, None))
+    monkeypatch.setattr(pictures, "MAX_FRAMES", 6)
+    monkeypatch.setattr(visible_motion, "visible_motion", lambda _, shown: np.array(moving(shown, 1.4, 1.9)))
+    said = [float(caption.split(" s")[0]) for _, caption, *_ in pictures._filmed(run)]
+    assert len(said) == 6 and sum(1.4 < t < 1.9 for t in said) >= 3
 
 
 @pytest.mark.parametrize(("speed", "count"), [(1.0, 1), (0.1, 2)])

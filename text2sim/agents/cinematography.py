@@ -18,6 +18,7 @@ from pydantic import Field
 from text2sim.agents import language
 from text2sim.agents.assembly import format_problem
 from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed_parser
+from text2sim.agents.frame_choice import EVEN_STILLS, MAX_EVENT_STILLS, choose_stills
 from text2sim.agents.journal import Emit
 from text2sim.agents.models.exchange import Image, StoppedError
 from text2sim.agents.pictures import moments_of
@@ -43,8 +44,6 @@ STILL_WIDTH = 480
 """Width of a still [pixels]."""
 MAX_LISTED = 30
 """Largest number of events, and of bodies, in the Render Writer's prompt."""
-MAX_EVENT_STILLS, EVEN_STILLS = 3, 6
-"""Largest number of stills of events, and number of evenly spaced stills."""
 MARK_WEIGHTS = {"content": 0.30, "clarity": 0.30, "polish": 0.25, "appeal": 0.15}
 """Weights of the marks."""
 Score = Annotated[float, Field(ge=0, le=100)]
@@ -299,19 +298,18 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
     from PIL import Image as Pictures
 
     from text2sim.evidence.contact_sheet import contact_sheet
-    from text2sim.legibility.film import nearest_frame, spread_numbers
+    from text2sim.legibility.visible_motion import visible_motion
     from text2sim.rendering.film import Filming
 
     recording = _recording(run, loaded)
     wide, tall = recording.film["resolution"]
     filming = Filming(recording, "draft", size=(STILL_WIDTH, max(2, round(STILL_WIDTH * tall / wide / 2) * 2)))
     reel = filming.reels()[0]
-    frames = [frame for one in moments_of(run) if (frame := nearest_frame(reel.frames, one.t))]
-    evenly = [reel.frames[k] for k in spread_numbers(len(reel.frames), EVEN_STILLS)]
-    few = filming.excerpt(reel, sorted({*evenly, *list(dict.fromkeys(frames))[:MAX_EVENT_STILLS]}))
+    motion = visible_motion(recording, reel.frames).tolist()
+    few = filming.excerpt(reel, choose_stills(moments_of(run), reel.frames, motion))
     paths = filming.render(few, lambda progress: None)
     thumbnails = [
-        ("film", f"{number}: {frame.k / filming.fps:.1f} s", Pictures.fromarray(picture))
+        ("film", f"{number}: {frame.k / filming.fps:.2f} s", Pictures.fromarray(picture))
         for number, (frame, picture) in enumerate(zip(few.frames, filming.pictures(few, paths), strict=True), 1)
     ]
     sheet = io.BytesIO()

@@ -1,11 +1,12 @@
-"""Choice of frames for the Critic: events, extremes of measures and diagnostics, and evenly spaced frames."""
+"""Choice of frames for agents: events, extremes of measures and diagnostics, and frames between which much moves."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import groupby, pairwise
+from math import inf
 from typing import TYPE_CHECKING, Any
 
-from text2sim.legibility.film import nearest_frame, spread_numbers
+from text2sim.legibility.film import nearest_frame
 from text2sim.spec_schema.names.selectors import WORLD, body_of, strings_in
 
 if TYPE_CHECKING:
@@ -14,13 +15,16 @@ if TYPE_CHECKING:
 Data = Mapping[str, Any]
 
 MIN_INTERVAL, MIN_SPEED_FACTOR = 0.1, 0.2
-"""Smallest simulated time between frames of one camera at full speed [s]; in slow motion, it shrinks in proportion to
-the speed, down to this fraction."""
+"""Smallest time of film between frames of one camera [s], and fraction of full speed below which it grows."""
 EVENT_OFFSET = 0.15
 """Time before and after an event at which frames are taken [s]."""
 MAX_GAP_FRAMES, MIN_GAP_DIVISOR = 2, 5
-"""Number of frames for the longest gaps, and the smallest fraction of the film (one in `MIN_GAP_DIVISOR`) that counts
-as a gap."""
+"""Number of frames for the largest gaps, and the smallest fraction of what happens (one in `MIN_GAP_DIVISOR`) that
+counts as a gap."""
+TIME_SHARE, LEAST_MOTION = 0.25, 0.05
+"""Weight of a film's time beside its motion in what happens, and its least value [heights of the picture]."""
+EVEN_STILLS, MAX_EVENT_STILLS = 6, 3
+"""Number of stills spread over a film that is judged, and largest number of stills of events beside them."""
 MAX_EVENTS, MAX_EXTREMES, MAX_DEFORMED, MAX_DECIDED, MAX_STRIKES = 4, 4, 2, 4, 2
 """Largest numbers of moments of each sort."""
 AT_REST_FROM = 0.05
@@ -43,6 +47,8 @@ class FrameMoment:
     """Caption."""
     bodies: tuple[str, ...] = ()
     """Bodies that it is about."""
+    decisive: bool = False
+    """Whether it is shown although little moves around it."""
 
 
 @dataclass
@@ -55,7 +61,11 @@ class Shown:
     @property
     def reasons(self) -> list[str]:
         """Captions of its moments, with the time of those that the frame does not match exactly."""
-        rows = [(one, abs(self.frame.t - one.t) > _min_interval(self.frame) / 2) for one in self.moments if one.reason]
+        rows = [
+            (one, abs(self.frame.t - one.t) > min(MIN_INTERVAL, _min_interval(self.frame)) / 2)
+            for one in self.moments
+            if one.reason
+        ]
         return [f"{one.reason} at {one.t:.2f} s" if apart else one.reason for one, apart in rows]
 
     @property
@@ -74,13 +84,12 @@ def moments(evidence: Data, actions: Data, strikes: Sequence[FrameMoment] = ()) 
     """
     last = float(evidence["time"]["reached"])
     decided = list(_deciding_moments(evidence, actions))
-    yield from decided
-    yield from strikes
+    yield from (replace(one, decisive=True) for one in (*decided, *strikes))
     happened = sorted(
         ((row["first"], name) for name, row in evidence["events"].items() if row.get("first") is not None),
     )[:MAX_EVENTS]
     events = [FrameMoment(t, name, named_bodies((actions.get("events") or {}).get(name))) for t, name in happened]
-    yield from events
+    yield from (replace(one, decisive=True) for one in events)
     used = {row.get("measure") for row in (actions.get("expect") or {}).values() if isinstance(row, dict)}
     extremes = [
         FrameMoment(row[f"{end}_at"], f"{end} of {name}", named_bodies((actions.get("measures") or {}).get(name)))
@@ -154,33 +163,126 @@ def _deformed(evidence: Data) -> Iterator[FrameMoment]:
     yield from found[:MAX_DEFORMED]
 
 
-def choose_frames(wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], count: int) -> list[Shown]:
+def choose_frames(
+    wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], count: int, motion: Sequence[float] = ()
+) -> list[Shown]:
     """Return the frames to show, in the film's order: first and last, the wanted moments, shots, and others between.
+
+    What happens up to frame k of the last one K, of which the motion so far is M, is
+
+        c(k) = (M(k) + w k / K) / (M(K) + w),  w = max(TIME_SHARE M(K), LEAST_MOTION)
+
+    Others stand halfway between those neighbours i, j between which most happens: where c is nearest to half of
+    c(i) + c(j). Last, a frame that is neither decisive nor at an end, with c by a above one neighbour's and by b below
+    the other's, is replaced by such a one, x after i and y before j, while 2 a b < x y. So the sum of squares of what
+    happens between neighbours falls.
 
     Args:
         wanted: Moments, the most important first.
         pictures: All frames of the film.
         count: Largest number of frames.
+        motion: How far bodies have moved up to each frame, see `legibility.visible_motion`; empty if unknown.
     """
     found: list[Shown] = []
     for frame in (pictures[0], pictures[-1]) if pictures else ():
         if not _similar_frame(found, frame):
             found.append(Shown(frame))
     found += [Shown(frame) for frame in _shots_without(wanted, pictures)[:MAX_SHOTS]]
-    for place, limit in ((wanted, count - MAX_GAP_FRAMES), (_middles_of_gaps(found, pictures), count), (wanted, count)):
-        for moment in place:
-            frame = nearest_frame(pictures, moment.t)
-            if frame is None:
-                continue
-            same = _similar_frame(found, frame)
-            if same is None and len(found) < limit:
-                found.append(same := Shown(frame))
-            if same is not None and moment not in same.moments:
-                same.moments.append(moment)
-    for k in spread_numbers(len(pictures), 2 * count):
-        if len(found) < count and not _similar_frame(found, pictures[k], (pictures[-1].k - pictures[0].k) / count / 2):
-            found.append(Shown(pictures[k]))
+    kept = [*found]
+    happened = _happened(motion, len(pictures))
+    _show(found, wanted, pictures, count - MAX_GAP_FRAMES)
+    _halve(found, pictures, happened, min(count, len(found) + MAX_GAP_FRAMES), 1 / MIN_GAP_DIVISOR)
+    _show(found, wanted, pictures, count)
+    _halve(found, pictures, happened, count)
+    if any(motion):
+        _exchange(found, pictures, happened, kept)
+        _show(found, wanted, pictures, len(found))  # names what new frames show
     return sorted(found, key=lambda one: one.frame.k)
+
+
+def choose_stills(
+    wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], motion: Sequence[float] = ()
+) -> list["Frame"]:
+    """Return the frames by which a film is judged: `EVEN_STILLS`, and one for each event between the ends.
+
+    Args:
+        wanted: Moments, the most important first; those on the first `MAX_EVENT_STILLS` frames count.
+        pictures: All frames of the film.
+        motion: As for `choose_frames`.
+    """
+    shown = [(frame, one) for one in wanted if (frame := nearest_frame(pictures, one.t)) is not None]
+    events = [*dict.fromkeys(frame for frame, _ in shown)][:MAX_EVENT_STILLS]
+    count = EVEN_STILLS + len({*events} - {pictures[0], pictures[-1]})
+    decisive = [replace(one, decisive=True) for frame, one in shown if frame in events]
+    return [one.frame for one in choose_frames(decisive, pictures, count, motion)]
+
+
+def _show(found: list[Shown], wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], limit: int) -> None:
+    """Add the frames of moments, up to a number of frames; moments that frames show already are noted with them."""
+    for moment in wanted:
+        frame = nearest_frame(pictures, moment.t)
+        if frame is None:
+            continue
+        same = _similar_frame(found, frame)
+        if same is None and len(found) < limit:
+            found.append(same := Shown(frame))
+        if same is not None and moment not in same.moments:
+            same.moments.append(moment)
+
+
+def _happened(motion: Sequence[float], count: int) -> list[float]:
+    """How much of what happens in a film has happened up to each of its frames, 0 to 1; see `choose_frames`."""
+    moved = [*motion] or [0.0] * count
+    total = moved[-1] if moved else 0.0
+    weight = max(TIME_SHARE * total, LEAST_MOTION)
+    return [(row + weight * k / max(count - 1, 1)) / (total + weight) for k, row in enumerate(moved)]
+
+
+def _halve(
+    found: list[Shown], pictures: Sequence["Frame"], happened: Sequence[float], limit: int, least: float = 0.0
+) -> None:
+    """Add frames within the largest gaps of more than `least`, up to a number of frames."""
+    while len(found) < limit:
+        gap, frame = _halfway(found, pictures, happened)
+        if frame is None or gap <= least:
+            break
+        found.append(Shown(frame))
+
+
+def _halfway(
+    found: Sequence[Shown], pictures: Sequence["Frame"], happened: Sequence[float]
+) -> tuple[float, "Frame | None"]:
+    """What happens in the largest gap that has a frame unlike its ends, and the one halfway in it."""
+    numbers = sorted(one.frame.k for one in found)
+    for gap, a, b in sorted(((happened[b] - happened[a], a, b) for a, b in pairwise(numbers)), reverse=True):
+        unlike = [k for k in range(a + 1, b) if _similar_frame(found, pictures[k]) is None]
+        if unlike:
+            return gap, pictures[min(unlike, key=lambda k: abs(happened[k] - (happened[a] + happened[b]) / 2))]
+    return 0.0, None
+
+
+def _exchange(
+    found: list[Shown], pictures: Sequence["Frame"], happened: Sequence[float], kept: Sequence[Shown]
+) -> None:
+    """Replace frames that resemble their neighbours by frames within the largest gaps; see `choose_frames`."""
+    while True:
+        found.sort(key=lambda one: one.frame.k)
+        c = [happened[one.frame.k] for one in found]
+        idle = [
+            ((c[i] - c[i - 1]) * (c[i + 1] - c[i]), i)
+            for i, one in enumerate(found[1:-1], 1)
+            if one not in kept
+            and not any(moment.decisive for moment in one.moments)
+            and one.frame.camera in {found[i - 1].frame.camera, found[i + 1].frame.camera}
+        ]
+        lost, number = min(idle, default=(inf, 0))
+        frame = _halfway(found, pictures, happened)[1]
+        if frame is None:
+            return
+        after = next(i for i, one in enumerate(found) if one.frame.k > frame.k)
+        if not 2 * lost < (happened[frame.k] - c[after - 1]) * (c[after] - happened[frame.k]):
+            return
+        found[number] = Shown(frame)
 
 
 def _shots_without(wanted: Sequence[FrameMoment], pictures: Sequence["Frame"]) -> list["Frame"]:
@@ -190,28 +292,17 @@ def _shots_without(wanted: Sequence[FrameMoment], pictures: Sequence["Frame"]) -
     return [shot[len(shot) // 2] for shot in shots[1:-1] if not chosen & {frame.k for frame in shot}]
 
 
-def _middles_of_gaps(found: Sequence[Shown], pictures: Sequence["Frame"]) -> Iterator[FrameMoment]:
-    """Yield the middles of the longest spans without a chosen frame."""
-    for _ in range(MAX_GAP_FRAMES):
-        frames = sorted((one.frame for one in found), key=lambda frame: frame.k)
-        spans = [(b.k - a.k, a.k) for a, b in pairwise(frames)]
-        longest, first = max(spans, default=(0, 0))
-        if MIN_GAP_DIVISOR * longest > len(pictures):
-            yield FrameMoment(pictures[first + longest // 2].t)
-
-
-def _similar_frame(found: Sequence[Shown], frame: "Frame", film: float = 0) -> Shown | None:
-    """A chosen frame that shows the same as a frame, or is less than `film` frames away; None without one."""
+def _similar_frame(found: Sequence[Shown], frame: "Frame") -> Shown | None:
+    """A chosen frame that shows the same as a frame; None without one."""
     for one in found:
-        same = one.frame.camera == frame.camera and abs(one.frame.t - frame.t) < _min_interval(frame)
-        if same or abs(one.frame.k - frame.k) < film:
+        if one.frame.camera == frame.camera and abs(one.frame.t - frame.t) < _min_interval(frame):
             return one
     return None
 
 
 def _min_interval(frame: "Frame") -> float:
     """Simulated time within which other frames show the same [s]."""
-    return MIN_INTERVAL * min(1.0, max(frame.speed, MIN_SPEED_FACTOR))
+    return MIN_INTERVAL * max(frame.speed, MIN_SPEED_FACTOR)
 
 
 def with_attached(bodies: tuple[str, ...], actions: Data) -> tuple[str, ...]:

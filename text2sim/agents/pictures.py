@@ -51,8 +51,8 @@ def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[A
     """Return a sheet of a run's frames with numbers and times, the number of frames, and a note.
 
     The frames are the first and last of the main film, moments that decide expectations, events with the moments before
-    and after, extremes of measures, the deepest overlap, and evenly spaced ones. Small subjects are also shown in
-    close-up. (None, 0, "") if there are no frames.
+    and after, extremes of measures, the deepest overlap, and others between which much moves. Small subjects are also
+    shown in close-up. (None, 0, "") if there are no frames.
 
     Args:
         run: The run folder.
@@ -103,6 +103,7 @@ def _filmed(run: Path) -> Iterator[Row]:
     """Yield the frames of the main film."""
     import av.error
 
+    from text2sim.legibility.visible_motion import visible_motion
     from text2sim.templates.cadence import MAIN, frames, read_film, reels
     from text2sim.templates.directing import directed
     from text2sim.templates.playback import States
@@ -112,8 +113,11 @@ def _filmed(run: Path) -> Iterator[Row]:
         film = directed(film, States(run)) if film.get("auto") else film
         evidence = json.loads((run / "evidence.json").read_text("utf-8"))
         pictures = frames(film, reels(film)[MAIN], float(evidence["time"]["reached"]))
-        shown = {one.frame.k: one for one in choose_frames(_moments_to_show(run, evidence), pictures, MAX_FRAMES)}
         locator = _locator(run)
+        motion = visible_motion(locator[0].recording, pictures).tolist() if locator is not None else []
+        shown = {
+            one.frame.k: one for one in choose_frames(_moments_to_show(run, evidence), pictures, MAX_FRAMES, motion)
+        }
         with av.open(str(run / f"{MAIN}.mp4")) as video:
             for k, picture in zip(range(max(shown) + 1), video.decode(video=0), strict=False):
                 if k in shown:
@@ -204,6 +208,7 @@ def _traced(run: Path, seconds: float, more: float = 0.0) -> Iterator[Row]:
     try:
         from PIL import Image
 
+        from text2sim.legibility.visible_motion import visible_motion
         from text2sim.recording.film_record import read_recording
         from text2sim.rendering.film import Filming, Reel
 
@@ -211,7 +216,8 @@ def _traced(run: Path, seconds: float, more: float = 0.0) -> Iterator[Row]:
         width, height = recording.film["resolution"]
         filming = Filming(recording, "draft", size=(SHEET_WIDTH, max(2, round(SHEET_WIDTH * height / width / 2) * 2)))
         reel = filming.reels()[0]
-        shown = choose_frames(moments_of(run), reel.frames, MAX_FRAMES)
+        motion = visible_motion(recording, reel.frames).tolist()
+        shown = choose_frames(moments_of(run), reel.frames, MAX_FRAMES, motion)
         fewest = min(FEWEST_TRACED, len(shown))
         _trace(filming, filming.excerpt(reel, [one.frame for one in shown]), fewest, seconds, more)
         traced = [one for one in shown if filming.finished(one.frame).is_file()]
