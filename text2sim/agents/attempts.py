@@ -30,8 +30,9 @@ if TYPE_CHECKING:
     from text2sim.harness.result import RunResult
     from text2sim.runtime.warm_runner import WarmRunner
 
-MAX_REPEAT_SHARE = 0.1
-"""Part of the time left that a run may take to be repeated without a cause."""
+MAX_REPEAT_SHARE, MAX_FINER_SHARE = 0.25, 0.1
+"""Parts of the time left that a run may take to be repeated without a cause, once all expectations are true, and with
+finer steps."""
 DURATION_RULE = "slow-scene"
 """The rule that estimates the duration of a run; it is ignored once a run was timed."""
 UNJUDGED_RULES = (DURATION_RULE, "unused-param")

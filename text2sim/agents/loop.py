@@ -11,7 +11,7 @@ from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import Examination, case_text, examine
 from text2sim.agents.attempt import Attempt, best_of, stalled_best
 from text2sim.agents.attempt_report import AttemptReport
-from text2sim.agents.attempts import DURATION_RULE, MAX_REPEAT_SHARE, Attempts
+from text2sim.agents.attempts import DURATION_RULE, MAX_FINER_SHARE, Attempts
 from text2sim.agents.cinematography import Cinematography, best_treatment
 from text2sim.agents.contract import Contract
 from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed
@@ -268,7 +268,7 @@ class AgentLoop:
             self.emit("running", live=True, number=attempt.number, seconds=guess)
             examined.intended = self.mending.intended(examined.warnings)
             now, names = self.limits.minutes_left(), self.agreement.names
-            finer_within = 0.0 if self.history.base else inf if now is None else MAX_REPEAT_SHARE * 60 * now
+            finer_within = 0.0 if self.history.base else inf if now is None else MAX_FINER_SHARE * 60 * now
             limit, patience = self.limits.timeout(), self.history.patience()
             self.attempts.run(attempt, examined, names, limit, self.progress, patience, finer_within)
         if attempt.text == text:
