@@ -68,7 +68,7 @@ def test_a_pendulum_swings_as_its_equation(tmp_path):
         "links": [{**link, "fixed": True, "mjcf": "arm/hub"}, {**link, "fixed": False, "mjcf": "arm/bob"}],
         "joints": [{"body": "arm", "joint": "bob", "kind": "hinge"}],
         "initial_joints": [{"body": "arm", "joint": "bob", "position": 0.05}],
-        "initial_velocities": [], "controls": [], "forces": [],
+        "initial_joint_velocities": [], "initial_velocities": [], "controls": [], "forces": [],
     }  # fmt: skip
     times = [0.1 * k for k in range(21)]
     made = simulate(tmp_path, scene, times, 0.0005)

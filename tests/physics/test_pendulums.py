@@ -67,6 +67,38 @@ def test_a_compound_pendulum_has_the_period_of_its_inertia(rods, agree):
         )
 
 
+STARTED = """
+scene: {duration: 1, dt: "${dt}", substeps: 1, record: {rate: 1000}}
+bodies:
+  rod:
+    kind: rigid
+    shape: {kind: box, size: [0.05, 0.03, 0.6]}
+    pose: {pos: [0, 0, 1]}
+    mount: {kind: hinge, axis: y, anchor: [0, 0, 0.2], initial_velocity: "${rate}"}
+  sled:
+    kind: articulated
+    base: fixed
+    links:
+      rail: {shape: {kind: box, size: [4, 0.1, 0.1]}}
+      sled:
+        parent: rail
+        shape: {kind: box, size: [0.2, 0.2, 0.1]}
+        pose: {pos: [-1, 0, 0.5]}
+        joint: {kind: slider, axis: x, initial_velocity: "${speed}"}
+    pose: {pos: [0, 2, 1]}
+"""
+
+
+def test_a_rod_that_starts_with_a_speed_swings_as_high_as_its_energy_says(simulate, agree):
+    """I w^2 / 2 = m g d (1 - cos a); what slides without friction keeps its speed."""
+    rate, speed, dt = 3.0, 1.5, 0.001
+    run = simulate(STARTED, dt=dt, rate=rate, speed=speed)
+    angle, way = run.joint("rod")[0], run.joint("sled.sled")[0]
+    highest = np.arccos(1 - TURN_PER_MASS * rate**2 / (2 * G * ARM))
+    agree("rod with a start speed: highest angle [rad]", angle.max(), highest, within=2 * rate * dt)
+    agree("sled with a start speed: way [m]", way[-1], speed * run.time[-1], within=1e-4)
+
+
 def test_energy_goes_to_and_fro_between_its_kinds(rods, agree):
     """1/2 I w^2 and m g z, by our measures and by hand; their sum is constant to first order in h."""
     mass = rods.link("rod[1]").mass

@@ -104,6 +104,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
         contact=contact_damping(placed, bounce, set(scene.statics), settings, scene.dt / settings.substeps),
         silent=tuple(c.name for name in scene.statics for c in placed[name] if bounce and c.name not in bounce),
         initial=lowering.initial,
+        joint_velocities=lowering.joint_velocities,
         velocities=tuple(rows.velocities),
         drives=tuple(rows.drives),
         wrenches=tuple(rows.wrenches),

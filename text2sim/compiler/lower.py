@@ -61,6 +61,7 @@ class Lowering:
     notes: dict[str, None] = field(default_factory=dict)
     """What was done to files, each once."""
     initial: dict[str, dict[str, float]] = field(default_factory=dict)
+    joint_velocities: dict[str, dict[str, float]] = field(default_factory=dict)
     mechanisms: Mechanisms = field(default_factory=dict)
     trees: dict[str, Tree] = field(default_factory=dict)
     """Trees by copy, in which links and joints are looked up."""
@@ -260,6 +261,9 @@ class Lowering:
             self.balls[copy.name] = [(frame_apply(copy.pos, copy.quat, center), radius) for center, radius in balls]
         if tree.initial:
             self.initial[copy.name] = tree.initial
+        joints = (joint for link in tree.links() for joint in link.all_joints())
+        if speeds := {name: joint.velocity for name, joint in joints if joint.velocity}:
+            self.joint_velocities[copy.name] = speeds
         self.pieces += pieces
 
     def _from_file(self, model: Articulated, copy: Copy) -> EntityPlan:

@@ -346,6 +346,8 @@ class Plan:
     """Entities without a restitution, which take that of whatever hits them."""
     initial: dict[str, dict[str, float]]
     """Start positions of joints by entity."""
+    joint_velocities: dict[str, dict[str, float]]
+    """Start velocities of joints by entity, where they are not zero."""
     velocities: tuple[StartVelocity, ...]
     drives: tuple[JointDrive, ...]
     wrenches: tuple[Wrench, ...]

@@ -96,6 +96,10 @@ def _scene(loaded: LoadedCase, plan: Plan, statement: Statement, ran: Runs) -> d
             {"body": body, "joint": joint, "position": position}
             for body, joints in plan.initial.items() for joint, position in joints.items()
         ],
+        "initial_joint_velocities": [
+            {"body": body, "joint": joint, "velocity": velocity}
+            for body, joints in plan.joint_velocities.items() for joint, velocity in joints.items()
+        ],
         "initial_velocities": [
             {"body": row.entity, "linear": row.linear, "angular": row.angular} for row in plan.velocities
         ],

@@ -45,6 +45,8 @@ def simulate(folder: Path, scene: dict[str, Any], times: list[float], step: floa
 def _set_start(model: Any, data: Any, scene: dict[str, Any]) -> None:
     for row in scene["initial_joints"]:
         data.qpos[model.joint(f"{row['body']}/{row['joint']}").qposadr[0]] = row["position"]
+    for row in scene["initial_joint_velocities"]:
+        data.qvel[model.joint(f"{row['body']}/{row['joint']}").dofadr[0]] = row["velocity"]
     for row in scene["initial_velocities"]:
         joint = model.joint(row["body"])
         start, pose = int(joint.dofadr[0]), int(joint.qposadr[0])

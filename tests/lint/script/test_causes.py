@@ -112,3 +112,22 @@ BOX = "{kind: rigid, shape: {kind: box, size: [0.2, 0.2, 0.2]}, %s}"
 )  # fmt: skip
 def test_what_stands_still(assets: Path, case: str, still: bool) -> None:
     assert all_still(facts_of(*case.split("\n"), folder=assets)) == still
+
+
+@pytest.mark.parametrize("speed", [0, 6])
+def test_a_flywheel_that_turns_from_the_start(tmp_path: Path, speed: float) -> None:
+    wheel = f"""
+    bodies:
+      wheel:
+        kind: rigid
+        shape: {{kind: cylinder, radius: 0.3, height: 0.1}}
+        pose: {{pos: [0, 0, 1]}}
+        mount: {{kind: hinge, axis: z, initial_velocity: {speed}}}
+    actions:
+      measures: {{spin: {{kind: joint_velocity, of: wheel}}, rim: {{kind: angular_speed, of: wheel}}}}
+    """
+    spins = "actions: {expect: {e: {measure: spin, at: start, above: 5}}}"
+    still = "actions: {expect: {e: {measure: rim, at: end, below: 1}}}"
+    assert bool(findings(tmp_path, "cannot-hold", wheel, spins)) is not bool(speed)
+    assert bool(findings(tmp_path, "passes-at-rest", wheel, still)) is bool(speed)
+    assert all_still(facts_of(wheel, folder=tmp_path)) is not bool(speed)

@@ -38,8 +38,11 @@ def joint_of(mount: Any) -> TreeJoint:
     }
     if isinstance(mount, HingeMount):
         limits = None if mount.range_deg is None else (radians(mount.range_deg[0]), radians(mount.range_deg[1]))
-        return TreeJoint("hinge", vector_unit(mount.axis), mount.anchor, limits, **common)
+        return TreeJoint(
+            "hinge", vector_unit(mount.axis), mount.anchor, limits, **common, velocity=mount.initial_velocity
+        )
     if isinstance(mount, SliderMount):
-        return TreeJoint("slider", vector_unit(mount.axis), range=mount.range, **common)
+        velocity = mount.initial_velocity
+        return TreeJoint("slider", vector_unit(mount.axis), range=mount.range, **common, velocity=velocity)
     assert isinstance(mount, BallMount)
     return TreeJoint("ball", anchor=mount.anchor, **common)

@@ -72,6 +72,8 @@ class TreeJoint:
     friction: float = 0.0
     armature: float = 0.0
     spring: float = 0.0
+    velocity: float = 0.0
+    """At the start [rad/s or m/s]."""
 
 
 @dataclass(frozen=True)

@@ -106,6 +106,8 @@ class Causes:
         return springs or bool(self.facts.plan.contact)
 
     def _starts(self) -> Iterator[Cause]:
+        for name in self.facts.lowering.joint_velocities:
+            yield Cause(0.0, name)
         for row in self.facts.rows.velocities:
             box = self.facts.box(self.facts.copies[row.entity])
             far = dist(*box) if box is not None else 0.0

@@ -62,7 +62,7 @@ def _joints_only(facts: Facts, copy: Copy) -> bool:
 
 def _is_joint_held(facts: Facts, joint: LoadedJoint) -> bool:
     """Return whether a joint stays where it starts until it is driven."""
-    if joint.closed or joint.floating or joint.spec.spring and joint.start:
+    if joint.closed or joint.floating or joint.spec.velocity or (joint.spec.spring and joint.start):
         return False
     pull = abs(joint.gravity(joint.start))
     if pull <= joint.spec.friction + 1e-9:

@@ -58,6 +58,8 @@ def _what_should_move(facts: Facts) -> str:
     for name, control in facts.case.actions.controls.items():
         if not isinstance(control, Attach | Release):
             return f"`{name}` should move something"
+    for name in facts.lowering.joint_velocities:
+        return f"`{name}` starts to move"
     for name, body in facts.case.bodies.items():
         if body.kind == "driven":
             return f"`{name}` is driven"
@@ -109,7 +111,7 @@ def _measure(facts: Facts, expect: Expect) -> bool:
     measure = facts.case.actions.measures[expect.measure or ""]
     targets, values = subjects(facts, measure), values_of(facts, expect.measure or "")
     if measure.kind in JOINT_MEASURES:
-        value = values.start
+        value = 0.0 if measure.kind == "joint_velocity" else values.start
     else:
         value = value_at_rest(facts, measure, targets)
     if value is None:

@@ -234,7 +234,8 @@ def _of_joints(facts: Facts, measure: Any, targets: list[StartTarget]) -> Values
     if measure.kind == "joint_force":
         return _of_motor(facts, targets, joints, force)
     if measure.kind == "joint_velocity":
-        return Values(start=0.0, error=ROUNDING, frozen=frozen, unit=f"{unit}/s")
+        speeds = {joint.spec.velocity for joint in joints}
+        return Values(start=speeds.pop() if len(speeds) == 1 else None, error=ROUNDING, frozen=frozen, unit=f"{unit}/s")
     starts = {joint.start for joint in joints}
     start = starts.pop() if len(starts) == 1 else None
     low, high, why = UNBOUNDED

@@ -85,34 +85,32 @@ class _Rows(dict[str, list[StartVelocity]]):
             self.setdefault(row.entity, []).append(row)
 
 
-def velocities_of(facts: Facts, copy: Copy) -> list[StartVelocity]:
-    """Return the start velocities that the case gives a copy; several make its start unknown."""
-    return facts.once(_Rows).get(copy.name, [])
+def _start_velocity(facts: Facts, copy: Copy) -> StartVelocity | None:
+    """Return how a copy starts to move; None if that is not known: it has several start velocities, or of joints."""
+    rows = facts.once(_Rows).get(copy.name, [])
+    if len(rows) > 1 or copy.name in facts.lowering.joint_velocities:
+        return None
+    return rows[0] if rows else StartVelocity(copy.name, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0, "")
 
 
 def velocity_at_start(facts: Facts, target: StartTarget) -> Vec | None:
     """Return the velocity of the centre of mass [m/s]; None if it is not known."""
-    rows = velocities_of(facts, target.copy)
-    if not rows:
-        return (0.0, 0.0, 0.0)
-    tree = facts.tree(target.copy)
+    start, tree = _start_velocity(facts, target.copy), facts.tree(target.copy)
     several = tree is not None and len(tree.links()) > 1
-    return rows[0].linear if len(rows) == 1 and not (several and any(rows[0].angular)) else None
+    return None if start is None or (several and any(start.angular)) else start.linear
 
 
 def spin_at_start(facts: Facts, target: StartTarget) -> float | None:
     """Return the angular speed [rad/s]; None if it is not known."""
-    rows = velocities_of(facts, target.copy)
-    if not rows:
-        return 0.0
-    return hypot(*rows[0].angular) if len(rows) == 1 else None
+    start = _start_velocity(facts, target.copy)
+    return None if start is None else hypot(*start.angular)
 
 
 def _angular_velocity(facts: Facts, measure: Any, target: StartTarget) -> float | None:
-    rows = velocities_of(facts, target.copy)
-    if not rows:
-        return 0.0
-    return rows[0].angular[COLUMN[measure.axis]] if len(rows) == 1 and measure.frame == "world" else None
+    start = _start_velocity(facts, target.copy)
+    if start is None or (any(start.angular) and measure.frame != "world"):
+        return None
+    return start.angular[COLUMN[measure.axis]]
 
 
 def _component(facts: Facts, measure: Any, target: StartTarget) -> float | None:

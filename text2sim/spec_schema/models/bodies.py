@@ -53,6 +53,8 @@ class HingeMount(JointDynamics):
     """A point [m] of the axis in the body's frame."""
     range_deg: Range | None = None
     """Limits [deg] of the angle from the start; none if left out."""
+    initial_velocity: Real = 0.0
+    """Speed [rad/s] at the start, such as that of a flywheel."""
     actuator: Actuator | None = None
     """The motor that a `drive` needs."""
 
@@ -65,6 +67,8 @@ class SliderMount(JointDynamics):
     """Direction in the body's frame."""
     range: Range | None = None
     """Limits [m] of the travel from the start; none if left out."""
+    initial_velocity: Real = 0.0
+    """Speed [m/s] at the start, such as that of a cart that is already rolling."""
     actuator: Actuator | None = None
     """The motor that a `drive` needs."""
 
