@@ -158,10 +158,27 @@ def test_a_run_that_would_take_too_much_of_the_time_left_is_not_repeated(
         Attempt(1, TEXT, "x", wall=wall, took=250.0),
         plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]}),
     )
-    Attempts(tmp_path).rerun_without_causes(attempt, made, 1.0, lambda progress: None, now, slowest)
+    before = [Attempt(0, TEXT, "y", run="other", wall=slowest)]
+    Attempts(tmp_path).rerun_without_causes(attempt, made, 1.0, lambda progress: None, now, before)
     assert len(seen) == runs
     assert attempt.took == 250 + 90 * runs, "the next letter waits for it, too"
     assert ("not run without its causes, since a run takes 3 min" in attempt.evidence) == (not runs)
+
+
+def test_what_a_run_showed_without_its_causes_holds_when_it_is_filmed_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[Any] = []
+    done = SimpleNamespace(stopped=False, state="finished", expectations={})
+    monkeypatch.setattr(run, "run_case", lambda *given, **more: seen.append(given) or done)
+    made = plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]})
+    first, filmed, other = (Attempt(k, TEXT, "x", run=where) for k, where in enumerate(("runs/a", "runs/a", "runs/b")))
+    for attempt, earlier in ((first, []), (filmed, [first]), (other, [first, filmed])):
+        Attempts(tmp_path).rerun_without_causes(attempt, made, 1.0, lambda progress: None, None, earlier)
+    assert len(seen) == 2, "the second is the run of the first"
+    assert filmed.facts == first.facts
+    assert filmed.evidence == first.evidence
+    assert TITLE in filmed.evidence
 
 
 def test_a_case_that_cannot_be_without_it_is_said() -> None:

@@ -13,7 +13,7 @@ from text2sim.agents.assembly import Examination, examine
 from text2sim.agents.attempt import Attempt
 from text2sim.agents.contract import numbered_copies
 from text2sim.agents.counterfactual import TITLE, Found, causes_text, compare_causes, untried_causes
-from text2sim.agents.facts import compute_facts, facts_as_data
+from text2sim.agents.facts import Fact, compute_facts, facts_as_data
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.pictures import frame_sheet
 from text2sim.agents.refinement import with_finer_steps
@@ -264,9 +264,11 @@ class Attempts:
         timeout: float,
         on_progress: Callable[[Any], None],
         now: float | None = None,
-        slowest: float = 0.0,
+        earlier: Sequence[Attempt] = (),
     ) -> None:
         """Rerun a successful attempt without each of its causes, and add the effects to its evidence.
+
+        If an earlier attempt has the same run, which is then only filmed again, its effects are taken over.
 
         Args:
             attempt: The attempt; the effects are added to it and stored.
@@ -274,7 +276,7 @@ class Attempts:
             timeout: Limit of each run [s].
             on_progress: Callback for the progress of each run.
             now: Minutes left by the clock; None without a limit.
-            slowest: Wall time of the slowest earlier run [s]; an attempt that was only filmed again tells of none.
+            earlier: The attempts before; the slowest of their runs tells how long a run takes.
 
         Raises:
             KeyboardInterrupt: If the user stopped one of these runs.
@@ -285,8 +287,11 @@ class Attempts:
             return result.state, result.expectations
 
         if plan.causes and TITLE not in attempt.evidence:
-            begun, seconds = monotonic(), max(attempt.wall, slowest)
-            if now is not None and seconds > MAX_REPEAT_SHARE * 60 * now:
+            begun, seconds = monotonic(), max(one.wall for one in (attempt, *earlier))
+            known = [_tried_causes(one, plan) for one in earlier if one.run == attempt.run]
+            if any(known):
+                facts = next(filter(None, known))
+            elif now is not None and seconds > MAX_REPEAT_SHARE * 60 * now:
                 facts = [untried_causes(plan, seconds)]
             else:
                 facts = compare_causes(plan, attempt.text, self.case / "case.yaml", simulate)
@@ -371,6 +376,12 @@ def _further_evidence(
         )
     if result.problem is not None:
         yield f"To blame: {result.problem.path or f'line {result.problem.line}'}: {result.problem.message}"
+
+
+def _tried_causes(attempt: Attempt, plan: CasePlan) -> list[Fact]:
+    """Return what runs of an attempt without its causes showed; nothing if some of a plan's were not tried."""
+    tried = [Fact(**row) for row in attempt.facts if row.get("about_cause") and row["ok"] is not None]
+    return tried if {fact.requirement for fact in tried} >= plan.causes.keys() else []
 
 
 def _judged_warnings(examined: Examination, told: Collection[tuple[str, str]]) -> list[Problem]:

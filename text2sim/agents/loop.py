@@ -250,10 +250,9 @@ class AgentLoop:
         assert examined.loaded is not None
         self.attempts.record_facts(attempt, self.agreement.plan, examined.loaded)
         if attempt.sound(()):
-            now, slowest = self.limits.minutes_left(), max((one.wall for one in self.history.made), default=0.0)
-            self.attempts.rerun_without_causes(
-                attempt, self.agreement.plan, self.limits.timeout(), self.progress, now, slowest
-            )
+            now, timeout = self.limits.minutes_left(), self.limits.timeout()
+            earlier = self.history.made[:-1]
+            self.attempts.rerun_without_causes(attempt, self.agreement.plan, timeout, self.progress, now, earlier)
         report = AttemptReport(evidence=with_effects(self.history.made), rules=rules)
         if attempt.state == "finished" or attempt.pictures:
             report.critique = self._judge(attempt, report.evidence, contract)
