@@ -169,7 +169,7 @@ def test_what_a_run_showed_without_its_causes_holds_when_it_is_filmed_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: list[Any] = []
-    done = SimpleNamespace(stopped=False, state="finished", expectations={})
+    done = SimpleNamespace(stopped=False, state="finished", expectations={"pushed": {"ok": False, "why": "never"}})
     monkeypatch.setattr(run, "run_case", lambda *given, **more: seen.append(given) or done)
     made = plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]})
     first, filmed, other = (Attempt(k, TEXT, "x", run=where) for k, where in enumerate(("runs/a", "runs/a", "runs/b")))
