@@ -117,6 +117,11 @@ def test_a_claim_says_which_of_its_fields_need_each_other() -> None:
         ({"touched": "tin", "by": "floor"}, False, "never touches"),
         ({"touched": "tin", "by": "floor", "never": True}, True, "never touches"),
         ({"touched": "tin", "by": "lamp"}, None, "`lamp` was not recorded"),
+        ({"same": "mass", "of": ["ball", "tin"]}, True, "`ball` 1 kg, `tin[0]` 1 kg, `tin[1]` 1 kg"),
+        ({"same": "size", "of": ["tin"]}, True, "`tin[1]` 0.21 m"),  # can and lid: -0.1 to 0.11
+        ({"same": "size", "of": ["ball", "tin"]}, False, "`ball` 0.2 m"),
+        ({"same": "size", "of": ["floor", "ball"]}, None, "cannot be told"),
+        ({"same": "mass", "of": ["lamp", "ball"]}, None, "`lamp` was not recorded"),
     ],
 )  # fmt: skip
 def test_a_fact_is_true_false_or_open(told: Any, claim: dict[str, Any], ok: bool | None, said: str) -> None:
@@ -136,7 +141,8 @@ def test_colours_go_by_everyday_words() -> None:
 
 @pytest.mark.parametrize("claim", [{}, {"count": "tin"}, {"color": "tin", "like": "blurple"}, {"seen": "a", "by": "b"},
                                    {"count": "tin", "equals": 1, "seen": "tin"}, {"touched": "tin"}, {"seen": "tin", "never": True},
-                                   {"touched": "tin", "by": "a", "never": True, "lasting": 1}])  # fmt: skip
+                                   {"touched": "tin", "by": "a", "never": True, "lasting": 1},
+                                   {"same": "mass"}, {"of": ["tin"]}, {"same": "height", "of": ["tin"]}])  # fmt: skip
 def test_what_is_no_fact_goes_back(claim: dict[str, Any]) -> None:
     with pytest.raises(Wrong):
         typed_parser(Claim)(claim)

@@ -15,6 +15,7 @@ import numpy as np
 
 from text2sim.agents.color_terms import color_name, matches_color
 from text2sim.agents.replies import Claim, Name
+from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.recording.run_files import read_json
 from text2sim.spec_schema.errors import RunError, SpecError, Text2SimError
 from text2sim.spec_schema.names.selectors import body_of, parse_selector
@@ -32,6 +33,8 @@ MIN_DISPLACEMENT, MIN_ROTATION_DEG = 0.01, 5.0
 """Smallest displacement [m] and rotation [deg] that count as motion."""
 MIN_MOTION_RATIO = 2.0
 """Smallest ratio of the motion after a touch to that before it, if the touch is the cause."""
+SAME, MAX_COMPARED = 0.01, 6
+"""Relative difference up to which masses and sizes are the same, and most of them that are told."""
 FROM_THE_START = 2.5
 """Number of time steps within which a touch counts as present from the start."""
 
@@ -141,6 +144,33 @@ def _count(claim: Claim, run: JudgedRun) -> FactAnswer:
     """Whether a selector has the wanted number of bodies."""
     number = len(run.recording.names.select(claim.count))
     return number == claim.equals, f"there are {number} `{claim.count}`, wanted {claim.equals}"
+
+
+def _same(claim: Claim, run: JudgedRun) -> FactAnswer:
+    """Whether bodies have the same mass or size."""
+    value = _mass if claim.same == "mass" else _size
+    values = {target.label: value(target, run) for name in claim.of for target in run.recording.names.select(name)}
+    unit, (least, most) = "kg" if claim.same == "mass" else "m", (min(values.values()), max(values.values()))
+    told = ", ".join(f"`{name}` {number:.4g} {unit}" for name, number in list(values.items())[:MAX_COMPARED])
+    return most <= (1 + SAME) * least, f"{claim.same}: {told}"
+
+
+def _mass(target: "RecordedTarget", run: JudgedRun) -> float:
+    if target.soft is not None:
+        raise ValueError(f"the mass of `{target.label}`, which deforms, is not recorded")
+    return float(run.recording.masses[list(target.links)].sum())
+
+
+def _size(target: "RecordedTarget", run: JudgedRun) -> float:
+    """Longest side [m] of the box around a body with a shape, along its own axes."""
+    from text2sim.compiler.shapes.extents import extents
+
+    copies = run.resolution.placed[body_of(target.copy)]
+    (shape,) = (copy.shape for copy in copies if copy.name == target.copy)
+    if shape is None or target.label != target.copy:
+        raise ValueError(f"the size of `{target.label}` is not that of a shape")
+    low, high = extents(shape, IDENTITY, run.resolution.loaded.folder)
+    return max(b - a for a, b in zip(low, high, strict=True))
 
 
 # --- colours -------------------------------------------------------------------------------------------------------
@@ -282,6 +312,7 @@ _FACT_FUNCTIONS: Mapping[str, Callable[[Claim, JudgedRun], FactAnswer]] = {
     "seen": _is_seen,
     "moved": _has_moved,
     "touched": _has_touched,
+    "same": _same,
 }
 """Function for each sort of fact (`FACTS` in `replies`)."""
 

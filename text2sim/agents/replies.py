@@ -88,7 +88,7 @@ class Fragments(Form):
 
 
 Selector = Annotated[str, StringConstraints(max_length=80)]
-FACTS = {"count": "equals", "color": "like", "seen": "", "moved": "by", "touched": "by"}
+FACTS = {"count": "equals", "color": "like", "seen": "", "moved": "by", "touched": "by", "same": "of"}
 """Sorts of facts: the field of `Claim` that names a body, and the further field that it requires."""
 
 
@@ -112,6 +112,9 @@ class Claim(Form):
     """Smallest total duration of the touch [s]."""
     never: bool = False
     """Whether it must not be touched."""
+    same: Literal["mass", "size", ""] = ""
+    """In what the bodies `of` it are alike; the size is the longest side of the box around a body."""
+    of: tuple[Selector, ...] = ()
 
     @model_validator(mode="after")
     def _one(self) -> "Claim":
@@ -120,7 +123,7 @@ class Claim(Form):
             raise ValueError(f"a fact is one of {', '.join(f'{a} ({b})' if b else a for a, b in FACTS.items())}")
         for key in dict.fromkeys(filter(None, FACTS.values())):
             sorts = [sort for sort, needed in FACTS.items() if needed == key]
-            if (getattr(self, key) in ("", None)) == bool(given[0] in sorts):
+            if (getattr(self, key) in ("", None, ())) == bool(given[0] in sorts):
                 raise ValueError(f"`{key}` and {' or '.join(f'`{sort}`' for sort in sorts)} need each other")
         if (self.lasting is not None or self.never) and not self.touched:
             raise ValueError("`lasting` and `never` go with `touched`")
@@ -141,7 +144,7 @@ class Claim(Form):
     @property
     def bodies(self) -> tuple[str, ...]:
         """Names of the bodies that it is about."""
-        words = [word for word in (getattr(self, self.sort), self.by) if word]
+        words = self.of or [word for word in (getattr(self, self.sort), self.by) if word]
         return tuple(map(body_of, words))
 
 
