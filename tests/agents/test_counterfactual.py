@@ -165,20 +165,30 @@ def test_a_run_that_would_take_too_much_of_the_time_left_is_not_repeated(
     assert ("not run without its causes, since a run takes 3 min" in attempt.evidence) == (not runs)
 
 
-def test_what_a_run_showed_without_its_causes_holds_when_it_is_filmed_again(
+def test_runs_without_causes_that_are_there_are_judged_again_whatever_time_is_left(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    seen: list[Any] = []
-    done = SimpleNamespace(stopped=False, state="finished", expectations={"pushed": {"ok": False, "why": "never"}})
-    monkeypatch.setattr(run, "run_case", lambda *given, **more: seen.append(given) or done)
+    """The run is that of the first attempt, but the Planner may have made an expectation tighter since."""
+    pushed: dict[str, Any] = {"ok": True, "why": "0.1 m"}
+    done = SimpleNamespace(stopped=False, state="finished", expectations={"pushed": pushed})
+    monkeypatch.setattr(run, "run_case", lambda *given, **more: done)
     made = plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]})
     first, filmed, other = (Attempt(k, TEXT, "x", run=where) for k, where in enumerate(("runs/a", "runs/a", "runs/b")))
-    for attempt, earlier in ((first, []), (filmed, [first]), (other, [first, filmed])):
-        Attempts(tmp_path).rerun_without_causes(attempt, made, 1.0, lambda progress: None, None, earlier)
-    assert len(seen) == 2, "the second is the run of the first"
-    assert filmed.facts == first.facts
-    assert filmed.evidence == first.evidence
-    assert TITLE in filmed.evidence
+    attempts, again = Attempts(tmp_path), Attempt(4, TEXT, "x", run="runs/a")
+    first.wall = 300.0
+    attempts.rerun_without_causes(first, made, 1.0, lambda progress: None, None)
+    assert "COMES TRUE AS WELL" in first.evidence
+    pushed["ok"] = False
+    for attempt, causes in (
+        (filmed, made),
+        (other, made),
+        (again, plan(meets=made.meets, causes={"knocked": ["floor"]})),
+    ):
+        attempts.rerun_without_causes(attempt, causes, 1.0, lambda progress: None, 10.0, [first])
+    assert "does not come true" in filmed.evidence
+    assert [row["ok"] for row in filmed.facts] == [True]
+    assert "not run without its causes" in other.evidence
+    assert "not run without its causes" in again.evidence, "another cause"
 
 
 def test_a_case_that_cannot_be_without_it_is_said() -> None:

@@ -121,6 +121,7 @@ def test_a_claim_says_which_of_its_fields_need_each_other() -> None:
         ({"same": "size", "of": ["tin"]}, True, "`tin[1]` 0.21 m"),  # can and lid: -0.1 to 0.11
         ({"same": "size", "of": ["ball", "tin"]}, False, "`ball` 0.2 m"),
         ({"same": "size", "of": ["floor", "ball"]}, None, "cannot be told"),
+        ({"same": "mass", "of": ["ball"]}, None, "`ball` is only one body"),
         ({"same": "mass", "of": ["lamp", "ball"]}, None, "`lamp` was not recorded"),
     ],
 )  # fmt: skip

@@ -1,6 +1,8 @@
 """Runs in which bodies sink into each other, and that are repeated with finer steps."""
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -40,6 +42,36 @@ def test_the_steps_become_as_fine_as_the_overlap_asks_for(given: str, factor: in
     assert (ratio > 1) is (substeps is not None)
     if substeps is not None:
         assert load_text(finer, path).case.scene.substeps == substeps
+
+
+@pytest.mark.parametrize(("recorded", "runs"), [(20.0, 1), (400.0, 0)])
+def test_a_run_that_is_only_judged_again_is_not_taken_for_a_quick_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recorded: float, runs: int
+) -> None:
+    """With three times the substeps it takes three times as long as when it was recorded, and 100 s are allowed."""
+    seen: list[Any] = []
+    finer = SimpleNamespace(state="finished")
+    record = SimpleNamespace(read=lambda folder: SimpleNamespace(wall=recorded))
+    monkeypatch.setattr(attempts_module, "RunRecord", record)
+    attempts, attempt = Attempts(tmp_path), Attempt(2, CASE, "another film")
+    monkeypatch.setattr(attempts, "_simulated", lambda loaded, **options: seen.append((loaded, options)) or finer)
+    judged: Any = SimpleNamespace(wall=0.5, folder=tmp_path, evidence={"substeps_factor": 3})
+    examined = examine(CASE, tmp_path / "case.yaml")
+    _, result = attempts._refined(attempt, examined, judged, 100.0, {})
+    assert len(seen) == runs
+    assert result is (finer if runs else judged)
+
+
+def test_what_lacks_its_pictures_is_run_again_from_its_own_text(tmp_path: Path) -> None:
+    attempts, kept = Attempts(tmp_path), Attempt(1, CASE.replace("dt: 0.005", "dt: 0.001"), "x", coarse_text=CASE)
+    kept.pictures, kept.state = ["frames.png"], "finished"
+    attempts.keep(kept)
+    again = Attempt(1, CASE, "x")
+    assert not attempts.recall(again)
+    assert again == Attempt(1, CASE, "x")
+    (attempts.folder_of(1) / "frames.png").touch()
+    assert attempts.recall(again)
+    assert (again.text, again.coarse_text) == (kept.text, CASE)
 
 
 @pytest.mark.usefixtures("engine")

@@ -234,6 +234,8 @@ def test_a_run_stops_at_what_the_scene_cannot_give() -> None:
     assert limit(thrown) == pytest.approx(5 * (fall + 30) + 10, rel=0.05)
     blown = "actions: {controls: {go: {kind: wind, direction: x, acceleration: 4}}}"
     assert limit(blown) == pytest.approx(5 * (fall + 4) + 10, rel=0.05)
+    cart = "{kind: rigid, shape: {kind: sphere, radius: 0.1}, mount: {kind: slider, axis: x, initial_velocity: -60}}"
+    assert resolve(f"  a: {CUBE}}}\n  cart: {cart}").plan.max_speed == pytest.approx(5 * (fall + 60) + 10, rel=0.05)
     assert limit(scene=f"max_speed: 300, {FLOOR}") == 300
     assert limit(scene="gravity: [0, 0, 0]") == 10
     rigid = resolve("  a: {kind: rigid, shape: {kind: sphere, radius: 0.1}}")

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 from text2sim.agents.assembly import Examination, examine
 from text2sim.agents.attempt import Attempt
 from text2sim.agents.contract import numbered_copies
-from text2sim.agents.counterfactual import TITLE, Found, causes_text, compare_causes, untried_causes
-from text2sim.agents.facts import Fact, compute_facts, facts_as_data
+from text2sim.agents.counterfactual import TITLE, Found, causes_text, compare_causes, untried_causes, were_tried
+from text2sim.agents.facts import compute_facts, facts_as_data
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.pictures import frame_sheet
 from text2sim.agents.refinement import with_finer_steps
@@ -135,12 +135,14 @@ class Attempts:
             coarse = data.get("coarse_text", "")
             if (coarse or text) != attempt.text or data["state"] in ("unsound", "interrupted", "running"):
                 return False
-            for name in ("state", "run", "evidence", "expect", "cites", "pictures", "wall", "took", "pace", "facts"):
-                setattr(attempt, name, data[name])
-            attempt.coarse_text, attempt.text = coarse, text
+            names = ("state", "run", "evidence", "expect", "cites", "pictures", "wall", "took", "pace", "facts")
+            found = {name: data[name] for name in names} | {"coarse_text": coarse, "text": text}
+            if not all((folder / name).is_file() for name in found["pictures"]):
+                return False
         except (OSError, ValueError, KeyError, TypeError):
             return False
-        return all((folder / name).is_file() for name in attempt.pictures)
+        vars(attempt).update(found)  # all or nothing: what is not recalled is run again from the text as it was
+        return True
 
     def images(self, attempt: Attempt) -> tuple[Image, ...]:
         """Return the pictures of an attempt."""
@@ -176,10 +178,9 @@ class Attempts:
 
         assert examined.loaded is not None
         begun = monotonic()
-        lint = [{"rule": p.rule, "path": p.path, "message": p.message, "reason": None} for p in examined.warnings]
-        rest: dict[str, Any] = {"timeout": timeout, "on_progress": on_progress, "lint": lint}
+        rest: dict[str, Any] = {"timeout": timeout, "on_progress": on_progress}
         try:
-            result = self._simulated(examined.loaded, patience=patience, **rest)
+            result = self._simulated(examined.loaded, patience=patience, lint=_lint_rows(examined), **rest)
             examined, result = self._refined(attempt, examined, result, finer_within, rest)
         except RunError as error:
             attempt.state, attempt.problems = "failed", [str(error)]
@@ -193,7 +194,7 @@ class Attempts:
             name: {k: row[k] for k in ("ok", "wanted", "why")} for name, row in result.expectations.items()
         }
         attempt.pictures, frames, pictured = self._pictures(
-            attempt, result.folder, lambda: run_case(loaded, runs=self.case / "runs", **rest)
+            attempt, result.folder, lambda: run_case(loaded, runs=self.case / "runs", lint=_lint_rows(examined), **rest)
         )
         bodies = [*loaded.case.bodies, *loaded.case.scene.statics]
         asked = [one for name in given for one in numbered_copies(name, result.expectations)]
@@ -217,11 +218,13 @@ class Attempts:
         """
         assert examined.loaded is not None
         text, factor = with_finer_steps(attempt.text, examined.loaded, result.evidence or {})
-        if factor == 1 or factor * result.wall >= within:
+        record = RunRecord.read(result.folder)
+        seconds = max(result.wall, record.wall if record is not None else 0.0)  # this call may only have judged the run
+        if factor == 1 or factor * seconds >= within:
             return examined, result
         finer = examine(text, self.case / "case.yaml")
         assert finer.loaded is not None
-        again = self._simulated(finer.loaded, **options)
+        again = self._simulated(finer.loaded, lint=_lint_rows(finer), **options)
         if again.state != "finished":
             return examined, result
         finer.intended = examined.intended
@@ -268,7 +271,8 @@ class Attempts:
     ) -> None:
         """Rerun a successful attempt without each of its causes, and add the effects to its evidence.
 
-        If an earlier attempt has the same run, which is then only filmed again, its effects are taken over.
+        If an earlier attempt has the same run, which is then only filmed or judged again, so are the runs without the
+        causes, whatever time is left: expectations may have changed.
 
         Args:
             attempt: The attempt; the effects are added to it and stored.
@@ -288,10 +292,8 @@ class Attempts:
 
         if plan.causes and TITLE not in attempt.evidence:
             begun, seconds = monotonic(), max(one.wall for one in (attempt, *earlier))
-            known = [_tried_causes(one, plan) for one in earlier if one.run == attempt.run]
-            if any(known):
-                facts = next(filter(None, known))
-            elif now is not None and seconds > MAX_REPEAT_SHARE * 60 * now:
+            there = any(one.run == attempt.run and were_tried(one.facts, plan) for one in earlier)
+            if now is not None and not there and seconds > MAX_REPEAT_SHARE * 60 * now:
                 facts = [untried_causes(plan, seconds)]
             else:
                 facts = compare_causes(plan, attempt.text, self.case / "case.yaml", simulate)
@@ -378,10 +380,8 @@ def _further_evidence(
         yield f"To blame: {result.problem.path or f'line {result.problem.line}'}: {result.problem.message}"
 
 
-def _tried_causes(attempt: Attempt, plan: CasePlan) -> list[Fact]:
-    """Return what runs of an attempt without its causes showed; nothing if some of a plan's were not tried."""
-    tried = [Fact(**row) for row in attempt.facts if row.get("about_cause") and row["ok"] is not None]
-    return tried if {fact.requirement for fact in tried} >= plan.causes.keys() else []
+def _lint_rows(examined: Examination) -> list[dict[str, Any]]:
+    return [{"rule": p.rule, "path": p.path, "message": p.message, "reason": None} for p in examined.warnings]
 
 
 def _judged_warnings(examined: Examination, told: Collection[tuple[str, str]]) -> list[Problem]:

@@ -73,6 +73,10 @@ def _refers(row: Any, names: Collection[str]) -> bool:
     return isinstance(row, list) and any(_refers(value, names) for value in row)
 
 
+def _without(names: Iterable[str]) -> str:
+    return f"without {', '.join(f'`{name}`' for name in names)}"
+
+
 def cause_faults(case: Data, plan: CasePlan) -> list[str]:
     """Describe the claims whose effect is about the cause itself, so that a run without it shows nothing.
 
@@ -121,7 +125,7 @@ def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[An
     facts = []
     runs: dict[frozenset[str], tuple[str, Found] | RunError] = {}
     for requirement, names in plan.causes.items():
-        description, causes = f"without {', '.join(f'`{name}`' for name in names)}", frozenset(names)
+        description, causes = _without(names), frozenset(names)
         if causes not in runs and len(runs) >= MAX_CAUSES:
             facts.append(Fact(requirement, None, f"not run {description}: {MAX_CAUSES} causes are tested at most"))
             continue
@@ -157,6 +161,17 @@ def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[An
                     )
                 )
     return facts
+
+
+def were_tried(facts: Iterable[Mapping[str, Any]], plan: CasePlan) -> bool:
+    """Return whether the case was run without each cause that a plan names, so that these runs need only be judged.
+
+    Args:
+        facts: Facts of an attempt as data, see `facts_as_data`.
+        plan: The plan.
+    """
+    told = [row["told"] for row in facts if row.get("about_cause") and row["ok"] is not None]
+    return all(any(one.startswith(f"{_without(names)} `") for one in told) for names in plan.causes.values())
 
 
 def untried_causes(plan: CasePlan, seconds: float) -> Fact:

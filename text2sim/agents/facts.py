@@ -150,6 +150,8 @@ def _same(claim: Claim, run: JudgedRun) -> FactAnswer:
     """Whether bodies have the same mass or size."""
     value = _mass if claim.same == "mass" else _size
     values = {target.label: value(target, run) for name in claim.of for target in run.recording.names.select(name)}
+    if len(values) < 2:
+        raise ValueError(f"{', '.join(f'`{name}`' for name in claim.of)} is only one body")
     unit, (least, most) = "kg" if claim.same == "mass" else "m", (min(values.values()), max(values.values()))
     told = ", ".join(f"`{name}` {number:.4g} {unit}" for name, number in list(values.items())[:MAX_COMPARED])
     return most <= (1 + SAME) * least, f"{claim.same}: {told}"

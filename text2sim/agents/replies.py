@@ -89,7 +89,7 @@ class Fragments(Form):
 
 Selector = Annotated[str, StringConstraints(max_length=80)]
 FACTS = {"count": "equals", "color": "like", "seen": "", "moved": "by", "touched": "by", "same": "of"}
-"""Sorts of facts: the field of `Claim` that names a body, and the further field that it requires."""
+"""Sorts of facts: the field of `Claim` that gives it, and the further field that this requires."""
 
 
 class Claim(Form):

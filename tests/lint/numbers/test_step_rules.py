@@ -32,6 +32,13 @@ def test_driven_and_motorised_turns_count(assets: Path) -> None:
     act = control("kind: drive, joint: fan, velocity: {kind: ramp, to: 80, end: 0.5}")
     assert [p.path for p in findings(assets, "fast-spin", motor, STATIC, act)] == ["/actions/controls/act/velocity"]
     assert not findings(assets, "fast-spin", motor, "scene: {dt: 0.005, substeps: 1}", act)
+    started = motor.replace("axis: y", "axis: y, initial_velocity: -80")
+    assert [p.path for p in findings(assets, "fast-spin", started, STATIC)] == ["/bodies/fan/mount/initial_velocity"]
+    blade = "{parent: hub, shape: {kind: box, size: [1, 0.1, 0.1]}, pose: {pos: [0, 0, 1]}, joint: {kind: %s, initial_velocity: 80}}"
+    for kind, path in (("hinge", ["/bodies/fan/links/blade/joint/initial_velocity"]), ("slider, axis: x", [])):
+        links = f"{{hub: {{shape: {{kind: sphere, radius: 0.1}}}}, blade: {blade % kind}}}"
+        fan = f"bodies: {{fan: {{kind: articulated, base: fixed, links: {links}}}}}"
+        assert [p.path for p in findings(assets, "fast-spin", fan, STATIC)] == path
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from text2sim.compiler.schedules import largest
 from text2sim.compiler.soft.setup import MAX_SPEED
 from text2sim.compiler.soft.solver_domain import extents_of, floor_height
 from text2sim.compiler.soft.streams import stream_velocity
-from text2sim.spec_schema.models.bodies import Driven
+from text2sim.spec_schema.models.bodies import Articulated, Driven
 from text2sim.spec_schema.models.controls import Control
 from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
 from text2sim.spec_schema.models.motion import Spin
@@ -65,9 +65,10 @@ def speed_limit(
             floors.append(height)
         elif copy.shape is None or copy.shape.kind != "plane":
             tops.append(extents_of(copy, folder)[1][2])
+    joints = [_joint_start(copy) for group in placed.values() for copy in group]
     given = {
         "falling": _fall(scene, floors, tops),
-        "starts": max((hypot(*v.linear) + hypot(*v.angular) for v in rows.velocities), default=0.0),
+        "starts": max([hypot(*v.linear) + hypot(*v.angular) for v in rows.velocities] + joints, default=0.0),
         "streams": max((hypot(*(stream_velocity(c) or ())) for g in placed.values() for c in g), default=0.0),
         "motors": MOTOR_SPEED if rows.targets else 0.0,
         "prescribed motion": max((_driven(c, time, folder) for g in placed.values() for c in g), default=0.0),
@@ -107,6 +108,7 @@ def impact_speed(scene: Scene, rows: ControlRows, placed: dict[str, list[Copy]],
     tops = [boxes[copy.name][1][2] for copy in solid if not isinstance(copy.model, Static | Driven)]
     given = [hypot(*row.linear) for row in rows.velocities]
     given += [hypot(*(stream_velocity(copy) or ())) for copy in copies]
+    given += [_joint_start(copy) for copy in copies]
     given += [_driven(copy, scene.duration, folder) for copy in copies]
     return hypot(_fall(scene, floors or [low[2] for low, _ in boxes.values()], tops), max(given, default=0.0))
 
@@ -124,6 +126,13 @@ def _fall(scene: Scene, floors: list[float], tops: list[float]) -> float:
     if not floors or scene.gravity[2] > -0.9 * size:
         return free
     return min(free, sqrt(2 * size * max(max(tops, default=0.0) - min(floors), 0.0)))
+
+
+def _joint_start(copy: Copy) -> float:
+    """Return the largest speed [m/s] with which joints of a body start, 1 m from the axis of a hinge."""
+    links = (copy.model.links or {}) if isinstance(copy.model, Articulated) else {}
+    joints = [getattr(copy.model, "mount", None), *(link.joint for link in links.values())]
+    return max(abs(getattr(joint, "initial_velocity", 0.0)) for joint in joints)
 
 
 def _driven(copy: Copy, duration: float, folder: Path) -> float:

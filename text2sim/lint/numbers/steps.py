@@ -17,7 +17,7 @@ from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, length
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.models.bodies import Driven
+from text2sim.spec_schema.models.bodies import Articulated, Driven
 from text2sim.spec_schema.models.controls import Drive, InitialVelocity
 from text2sim.spec_schema.models.motion import Oscillate, Piecewise, Ramp, Sine, Spin, Steps, Waypoints
 from text2sim.spec_schema.text.document import Path
@@ -55,6 +55,13 @@ def _spins(facts: Facts) -> Iterator[tuple[Path, float]]:
             if isinstance(copy.model, Driven) and isinstance(copy.model.motion, Spin):
                 yield ("bodies", name, "motion", "speed"), max(map(abs, extremes(copy.model.motion.speed)))
     mechanics = facts.once(Mechanics)
+    for entity, speeds in facts.lowering.joint_velocities.items():
+        copy = facts.copies[entity]
+        for name, speed in speeds.items():
+            joint = mechanics.joint(copy, name)
+            if joint is not None and joint.hinge:
+                where = ("links", name, "joint") if isinstance(copy.model, Articulated) else ("mount",)
+                yield ("bodies", copy.body, *where, "initial_velocity"), abs(speed)
     for (entity, name), spans in spans_of(facts).items():
         for span in spans:
             if span.mode == "velocity":
