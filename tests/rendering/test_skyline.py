@@ -1,10 +1,13 @@
 """What stands at the horizon of an open place."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from text2sim.rendering.backdrop import haze_distance, sky
 from text2sim.rendering.noise import fractal_noise, sampled
+from text2sim.rendering.skies import Skies
 from text2sim.rendering.skyline import FARTHEST, ROWS, distance_of, skyline
 from text2sim.templates.cameras import View
 
@@ -70,3 +73,16 @@ def test_a_skyline_stands_far_enough_away_for_its_top_to_be_in_the_picture():
     turn, rise = np.full(200, 0.3), np.linspace(0.0, 0.08, 200)
     tops = [rise[np.abs(painted("wood", turn, rise, far) - BLUE).max(axis=1) > 0.05].max() for far in (1, 3)]
     assert tops[1] < 0.45 * tops[0]
+
+
+def test_cameras_that_share_a_view_keep_their_own_distances():
+    """One stands still, the other starts there and tilts down, until its upper edge cuts the trees."""
+    level = View(np.zeros(3), np.array([1.0, 0, 0.1]), np.array([0, 0, 1.0]), 30.0, 1.0, 0.0)
+    tilted = level._replace(look_at=np.array([1.0, 0, -0.22]))
+    cameras = SimpleNamespace(view=lambda camera, t, part: tilted if camera == "tilts" and part == 1 else level)
+    film = {"backdrop": {"sky": BLUE, "skyline": "wood"}, "background": HAZE}
+    for order in (("still", "tilts"), ("tilts", "still")):
+        skies = Skies(film, cameras, np.array([0.0, 1.0]), (64, 36))
+        behind = {camera: skies.behind(level, camera) for camera in order}
+        assert np.abs(behind["still"] - behind["tilts"]).max() > 0.05
+        assert behind["still"] == pytest.approx(sky(film["backdrop"], HAZE, level, (64, 36)))

@@ -29,12 +29,12 @@ class Skies:
     """Recorded times [s]."""
     size: tuple[int, int]
     """Width and height of the pictures [pixels]."""
-    _painted: dict[bytes, Any] = field(default_factory=dict, init=False)
+    _painted: dict[tuple[str, bytes], Any] = field(default_factory=dict, init=False)
     _distances: dict[str, int] = field(default_factory=dict, init=False)
 
     def behind(self, view: View, camera: str) -> Any:
         """Return what is behind all surfaces in a view of a camera; it is painted once for one that stands still."""
-        key = np.hstack(view).tobytes()
+        key = camera, np.hstack(view).tobytes()  # another camera may have the same view, and another distance
         if key not in self._painted:
             if len(self._painted) >= MAX_SKIES:
                 self._painted.clear()

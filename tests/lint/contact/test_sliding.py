@@ -82,6 +82,7 @@ def test_a_load_on_a_driven_cart_is_fine(tmp_path: Path) -> None:
     assert "along `cart`" in text
     drive = "actions: {controls: {cruise: {kind: drive, joint: cart, velocity: 5}}}"
     assert slides(tmp_path, cart, load, push, drive) == []
+    assert slides(tmp_path, cart.replace("axis: x,", "axis: x, initial_velocity: 5,"), load, push) == []
 
 
 def test_only_flat_nets_are_named(tmp_path: Path) -> None:

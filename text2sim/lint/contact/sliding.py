@@ -73,7 +73,7 @@ def _slide(facts: Facts, row: StartVelocity) -> _Slide | None:
     if is_soft(copy.model):  # the friction cone is that of rigid contacts
         return None
     support, normal = _support(facts, copy)
-    if support is None or _moves_from_the_start(facts, support):
+    if support is None or _moves_by_itself(facts, support):
         return None
     low = min(part.lowest(normal) for part in facts.parts(copy))
     height = vector_dot(copy.pos, normal) - low
@@ -88,9 +88,10 @@ def _slide(facts: Facts, row: StartVelocity) -> _Slide | None:
     return _Slide(copy, support, row, slip, friction, friction * slip / (1 + ease * friction**2))
 
 
-def _moves_from_the_start(facts: Facts, support: Copy) -> bool:
-    """Return whether a support is driven, so that what moves with it does not slide, as a load on a cart."""
-    return isinstance(support.model, Driven) or support.name in {drive.entity for drive in facts.rows.drives}
+def _moves_by_itself(facts: Facts, support: Copy) -> bool:
+    """Return whether a support moves by itself, so that what moves with it does not slide, as a load on a cart."""
+    moving = {drive.entity for drive in facts.rows.drives} | facts.lowering.joint_velocities.keys()
+    return isinstance(support.model, Driven) or support.name in moving
 
 
 def friction_between(facts: Facts, one: Copy, other: Copy) -> float:
