@@ -84,7 +84,7 @@ class Choices:
 
 
 def _condensed(critique: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a judgement without its patches, of what is met only the names, and of what is empty nothing."""
+    """Return a judgement without its patches and empty entries, with only the names of requirements that are met."""
     marks = critique.get("requirements") or {}
     met = [name for name, row in marks.items() if row["mark"] == 1]
     unmet = {name: row for name, row in marks.items() if row["mark"] < 1}

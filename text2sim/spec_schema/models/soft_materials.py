@@ -62,8 +62,8 @@ class ClothMaterial(Model):
     friction: Real = Field(default=0.3, ge=0.0, le=5.0)
     """Coulomb coefficient on itself, other cloth and mpm bodies; on a rigid body the larger of both values applies.
     Folded over a bar it slides off once L1 of it hangs on one side and less than `L1 / exp(3.14 friction)` on the
-    other. With solver pbd that needs a `rigidity` of 1e-5 or less: one as stiff as by default stands off a bar of less
-    than two cells, and friction counts for less."""
+    other. With solver pbd that needs a `rigidity` of 1e-5 or less: cloth of the default stiffness stands off a bar of
+    less than two cells, and friction counts for less."""
     youngs_modulus: Positive | None = None
     """With solver ipc: in-plane Young's modulus [Pa] of the fabric; by default 1e6."""
     poisson_ratio: Real | None = Field(default=None, ge=0.0, lt=0.5)
