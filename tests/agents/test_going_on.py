@@ -170,8 +170,8 @@ def test_a_first_run_gets_a_part_of_the_time_left(tmp_path: Path) -> None:
     loop.attempts.run = run  # type: ignore[method-assign]
     case = "text2sim: 2\nname: a\nscene: {duration: 1}\nbodies: {ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}}}\n"
     loop._try_attempt(loop.history.begin(case, "first version"))
-    ((*_, timeout, _, patience),) = given
-    assert (timeout, patience) == (1200, pytest.approx(0.45 * 1200))
+    ((*_, timeout, _, patience, finer_within),) = given
+    assert (timeout, patience, finer_within) == (1200, pytest.approx(0.45 * 1200), pytest.approx(0.1 * 1200))
 
 
 def test_between_equals_the_one_with_fewer_false_facts_is_better() -> None:
