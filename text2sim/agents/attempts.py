@@ -224,7 +224,10 @@ class Attempts:
             return examined, result
         finer = examine(text, self.case / "case.yaml")
         assert finer.loaded is not None
-        again = self._simulated(finer.loaded, lint=_lint_rows(finer), **options)
+        try:
+            again = self._simulated(finer.loaded, lint=_lint_rows(finer), **options)
+        except RunError:
+            return examined, result
         if again.state != "finished":
             return examined, result
         finer.intended = examined.intended

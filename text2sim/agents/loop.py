@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
-from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +36,8 @@ JUDGING_OVERTIME = 5.0
 """Minutes after the end of the time within which the last run is still judged, if all expectations are true."""
 MAX_UNASKED_SHARE = 0.25
 """Largest estimated share of the time left for a first run about which the Planner is not asked."""
+UNLIMITED_MINUTES = 60.0
+"""Minutes of which a run with finer steps may take a part where there is no limit."""
 UNASKED_MINUTES = 5.0
 """Minutes left below which a first run is not put off by a question: what ran can be judged and filmed."""
 
@@ -267,7 +268,8 @@ class AgentLoop:
             self.emit("running", live=True, number=attempt.number, seconds=guess)
             examined.intended = self.mending.intended(examined.warnings)
             now, names = self.limits.minutes_left(), self.agreement.names
-            finer_within = 0.0 if self.history.base else inf if now is None else MAX_FINER_SHARE * 60 * now
+            left = UNLIMITED_MINUTES if now is None else now
+            finer_within = 0.0 if self.history.base else MAX_FINER_SHARE * 60 * left
             limit, patience = self.limits.timeout(), self.history.patience()
             self.attempts.run(attempt, examined, names, limit, self.progress, patience, finer_within)
         if attempt.text == text:
