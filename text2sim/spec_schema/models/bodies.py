@@ -54,7 +54,7 @@ class HingeMount(JointDynamics):
     range_deg: Range | None = None
     """Limits [deg] of the angle from the start; none if left out."""
     initial_velocity: Real = 0.0
-    """Speed [rad/s] at the start, such as that of a flywheel."""
+    """Speed at the start [rad/s]."""
     actuator: Actuator | None = None
     """The motor that a `drive` needs."""
 
@@ -68,7 +68,7 @@ class SliderMount(JointDynamics):
     range: Range | None = None
     """Limits [m] of the travel from the start; none if left out."""
     initial_velocity: Real = 0.0
-    """Speed [m/s] at the start, such as that of a cart that is already rolling."""
+    """Speed at the start [m/s]."""
     actuator: Actuator | None = None
     """The motor that a `drive` needs."""
 
