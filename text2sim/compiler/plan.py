@@ -43,14 +43,12 @@ class EntityPlan:
     pos: Vec
     quat: Quaternion
     rho: float | None = None
-    """Density [kg/m3]; None where the model file gives it."""
     friction: float | None = None
-    """Coefficient; None where the model file gives it."""
+    """Density [kg/m3] and coefficient of friction; None where the model file gives them."""
     surface: Surface | None = None
     """None where the model file has its own colours."""
     part_surfaces: "dict[str, tuple[Surface | None, ...]]" = field(default_factory=dict)
-    """Looks of all that is drawn of each link, in the order of the model file; None for a mesh in colours of its own.
-    Empty if they are all alike, or the colours of the file count."""
+    """Looks of what is drawn of each link, in its order; None: a mesh's own colours. Empty if alike, or as in a file."""
     family: str = "rigid"
     """Solver of the engine that holds it: rigid, mpm, pbd or fem."""
     material: str = "Rigid"
@@ -345,9 +343,8 @@ class Plan:
     silent: tuple[str, ...]
     """Entities without a restitution, which take that of whatever hits them."""
     initial: dict[str, dict[str, float]]
-    """Start positions of joints by entity."""
     joint_velocities: dict[str, dict[str, float]]
-    """Start velocities of joints by entity, where they are not zero."""
+    """Start positions of joints by entity, and start velocities other than zero."""
     velocities: tuple[StartVelocity, ...]
     drives: tuple[JointDrive, ...]
     wrenches: tuple[Wrench, ...]
