@@ -48,7 +48,7 @@ class EntityPlan:
     surface: Surface | None = None
     """None where the model file has its own colours."""
     part_surfaces: "dict[str, tuple[Surface | None, ...]]" = field(default_factory=dict)
-    """Looks of what is drawn of each link, in order; None for own colours of a mesh. Empty if alike, or as in a file."""
+    """Looks of what is drawn of each link, in order; None for own colours of a mesh. Empty if alike or as in a file."""
     family: str = "rigid"
     """Solver of the engine that holds it: rigid, mpm, pbd or fem."""
     material: str = "Rigid"
