@@ -6,10 +6,9 @@ from statistics import mean
 
 import pytest
 
-from text2sim.agents.models.parsing import read_reply
+from tests.evaluation.recorded_scores import total as scored
 from text2sim.card_library.library import load_library
 from text2sim.evaluation.ledger import digest_of, read_ledger
-from text2sim.evaluation.scores import PhysicalReply, VisualReply, physical_faults, physical_score, visual_score
 from text2sim.evaluation.statistics import estimate
 from text2sim.evaluation.suite import read_suite
 
@@ -22,12 +21,7 @@ METHODS = ("text2sim-with-cards", "agent-no-cards")
 
 
 def total(row):
-    data = read_reply(row["reply"])[0]
-    if row["kind"] == "visual":
-        return visual_score(VisualReply.model_validate(data))
-    reply = PhysicalReply.model_validate(data)
-    assert physical_faults(PROMPTS[row["prompt"]], reply, 16) == []
-    return physical_score(PROMPTS[row["prompt"]], reply).total
+    return scored(row, PROMPTS)
 
 
 @pytest.mark.parametrize("prompt", sorted({row["prompt"] for row in ROWS}))

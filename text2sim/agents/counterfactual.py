@@ -73,10 +73,6 @@ def _refers(row: Any, names: Collection[str]) -> bool:
     return isinstance(row, list) and any(_refers(value, names) for value in row)
 
 
-def _without(names: Iterable[str]) -> str:
-    return f"without {', '.join(f'`{name}`' for name in names)}"
-
-
 def cause_faults(case: Data, plan: CasePlan) -> list[str]:
     """Describe the claims whose effect is about the cause itself, so that a run without it shows nothing.
 
@@ -125,7 +121,7 @@ def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[An
     facts = []
     runs: dict[frozenset[str], tuple[str, Found] | RunError] = {}
     for requirement, names in plan.causes.items():
-        description, causes = _without(names), frozenset(names)
+        description, causes = f"without {', '.join(f'`{name}`' for name in names)}", frozenset(names)
         if causes not in runs and len(runs) >= MAX_CAUSES:
             facts.append(Fact(requirement, None, f"not run {description}: {MAX_CAUSES} causes are tested at most"))
             continue
@@ -153,13 +149,8 @@ def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[An
                 came = row.get("ok") if state == "finished" else None
                 why = row.get("why") if came in CAUSE_VERDICTS else f"the run ended as: {state}"
                 ok = None if came is None else not came
-                facts.append(
-                    Fact(
-                        requirement,
-                        ok,
-                        f"{description} `{name}` {CAUSE_VERDICTS.get(came, 'could not be told')} ({why})",
-                    )
-                )
+                told = f"{description} `{name}` {CAUSE_VERDICTS.get(came, 'could not be told')} ({why})"
+                facts.append(Fact(requirement, ok, told, without=tuple(names) if state == "finished" else ()))
     return facts
 
 
@@ -170,8 +161,8 @@ def were_tried(facts: Iterable[Mapping[str, Any]], plan: CasePlan) -> bool:
         facts: Facts of an attempt as data, see `facts_as_data`.
         plan: The plan.
     """
-    told = [row["told"] for row in facts if row.get("about_cause") and row["ok"] is not None]
-    return all(any(one.startswith(f"{_without(names)} `") for one in told) for names in plan.causes.values())
+    finished = {frozenset(row.get("without", ())) for row in facts}
+    return all(frozenset(names) in finished for names in plan.causes.values())
 
 
 def untried_causes(plan: CasePlan, seconds: float) -> Fact:

@@ -55,6 +55,8 @@ class Fact:
     """Sentence with the values found."""
     about_cause: bool = False
     """Whether it compares the run with one without a cause."""
+    without: tuple[str, ...] = ()
+    """The causes without which that run finished."""
 
     def __str__(self) -> str:
         return f"{ {True: 'true', False: 'FALSE', None: 'open'}[self.ok] }: {self.told}"

@@ -159,15 +159,14 @@ def _program(folder: Path, plan: "Plan | None") -> tuple[dict[str, Any], dict[st
     if not (folder / "states" / "layout.json").is_file():
         raise RunError(f"{folder}: nothing was recorded there")
     if plan is None:
-        film: dict[str, Any] = {}
         try:
             film = read_film((program / "render.py").read_text("utf-8"))
             looks = json.loads((program / "looks.json").read_text("utf-8"))
+            if not any(isinstance(look, list) for look in looks.values()):  # lists are of an older version
+                return film, looks
         except (OSError, ValueError):
-            looks = None
-        if looks is not None and not any(isinstance(look, list) for look in looks.values()):
-            return film, looks
-        plan = _plan_anew(folder)  # lists are of an older version
+            pass
+        plan = _plan_anew(folder)
     from text2sim.compiler.emit import emit
 
     return plan.render, json.loads(emit(plan)["looks.json"])

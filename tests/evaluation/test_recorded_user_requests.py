@@ -6,29 +6,22 @@ from statistics import mean
 
 import pytest
 
+from tests.evaluation.recorded_scores import total
 from text2sim.agents.models.parsing import read_reply
-from text2sim.evaluation.scores import PhysicalReply, VisualReply, physical_faults, physical_score, visual_score
 from text2sim.evaluation.statistics import estimate
 from text2sim.evaluation.suite import read_suite
 
 HERE = Path(__file__).parent
-ROWS = json.loads((HERE / "recorded" / "letters.json").read_text("utf-8"))["rows"]
+ROWS = json.loads((HERE / "recorded" / "user_requests.json").read_text("utf-8"))["rows"]
 PAGE = (HERE.parents[1] / "docs" / "evaluation_results.md").read_text("utf-8")
-PROMPTS = read_suite(HERE / "recorded" / "letters.yaml")[0].prompts
+PROMPTS = read_suite(HERE / "recorded" / "user_requests.yaml")[0].prompts
 METHODS, KINDS = ("text2sim-with-cards", "agent-no-cards"), ("physical", "visual")
 
 
-def total(row):
-    data = read_reply(row["reply"])[0]
-    if row["kind"] == "visual":
-        return visual_score(VisualReply.model_validate(data))
-    reply = PhysicalReply.model_validate(data)
-    assert physical_faults(PROMPTS[row["prompt"]], reply, 16) == []
-    return physical_score(PROMPTS[row["prompt"]], reply).total
-
-
 def mark(prompt, method, kind):
-    marks = [total(row) for row in ROWS if (row["prompt"], row["method"], row["kind"]) == (prompt, method, kind)]
+    marks = [
+        total(row, PROMPTS) for row in ROWS if (row["prompt"], row["method"], row["kind"]) == (prompt, method, kind)
+    ]
     assert len(marks) == 3, "three judges"
     return mean(marks)
 
@@ -41,10 +34,10 @@ def test_kept_replies_give_the_rows(prompt):
 
 def test_means_and_differences_are_those_of_the_page():
     means = [mean(mark(prompt, method, kind) for prompt in PROMPTS) for method in METHODS for kind in KINDS]
-    assert f"| mean of the letters | {' | '.join(f'{cell:.1f}' for cell in means)} |" in PAGE
+    assert f"| mean of the user requests | {' | '.join(f'{cell:.1f}' for cell in means)} |" in PAGE
     found = [estimate([mark(p, METHODS[0], kind) - mark(p, METHODS[1], kind) for p in PROMPTS]) for kind in KINDS]
     cells = [f"{x.mean:+.1f} [{x.low:+.1f}, {x.high:+.1f}]".replace("-", "−") for x in found]
-    assert f"| letters | {len(PROMPTS)} | {' | '.join(cells)} |" in PAGE
+    assert f"| user requests | {len(PROMPTS)} | {' | '.join(cells)} |" in PAGE
 
 
 def test_two_requirements_were_marked_below_one():
