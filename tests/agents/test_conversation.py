@@ -9,7 +9,7 @@ import pytest
 
 from tests.agents.scripted import Scripted, chat, fenced
 from text2sim.agents import kind_words, language
-from text2sim.agents.conversation import BudgetSpent, RoleFailed, Wrong, typed_parser
+from text2sim.agents.conversation import BudgetSpent, RoleFailed, Wrong, apply_merge_patch, typed_parser
 from text2sim.agents.journal import Journal
 from text2sim.agents.judgement import Critique
 from text2sim.agents.models.calls import Account, Budget
@@ -41,6 +41,15 @@ def test_a_long_answer_is_mended_by_what_changes(tmp_path: Path) -> None:
     assert chat(tmp_path, model).ask("critic", "s", "q", lambda data: seen.append(data) or number(data)) == 3
     assert "`changes`" in model.asked[-1].messages[-1].text
     assert seen[-1] == {"n": 3, "kept": "x" * 2_500, "inner": {"stays": 2, "new": [4]}}
+
+
+def test_a_rewritten_expectation_keeps_nothing_of_the_old_one() -> None:
+    old = {"checks": {"expect": {"lifts": {"measure": "rise", "on": "struck", "at": 1, "above": 0.1}, "rests": 1}}}
+    whole = {"checks": {"expect": {"lifts": {"measure": "rise", "during": [2, 3], "above": 0.1}}}}
+    bound = {"checks": {"expect": {"lifts": {"above": 0.2}}}}
+    made = apply_merge_patch(old, whole)["checks"]["expect"]
+    assert made == {"lifts": {"measure": "rise", "during": [2, 3], "above": 0.1}, "rests": 1}
+    assert apply_merge_patch(old, bound)["checks"]["expect"]["lifts"]["on"] == "struck"
 
 
 def test_changes_of_an_answer_that_cannot_be_read_are_no_answer(tmp_path: Path) -> None:

@@ -34,6 +34,27 @@ def test_all_that_refers_to_a_cause_goes_with_it_and_the_rest_stays_a_case() -> 
     assert "ball" in data_of(TEXT)["bodies"], "the case itself is as it was"
 
 
+@pytest.mark.parametrize(
+    ("span", "times", "made"),
+    [
+        (
+            {"during": [0.1, "${p + 1}"], "above": 0.1},
+            {"hit": 0.5},
+            {"during": [0.6, "${(p + 1) + 0.5}"], "above": 0.1},
+        ),
+        ({"during": [0.1, "end"], "above": 0.1}, {"hit": 0.5}, {"during": [0.6, "end"], "above": 0.1}),
+        ({"at": 0.25, "above": 0.1}, {"hit": 0.5}, {"at": 0.75, "above": 0.1}),
+        ({"at": 0.25, "above": 0.1}, None, {"at": 0.25, "above": 0.1}),
+        ({"at": 0.25, "above": 0.1}, {"hit": None}, None),
+    ],
+)
+def test_times_after_an_event_of_the_cause_are_those_of_the_run(span: Any, times: Any, made: Any) -> None:
+    case = data_of(TEXT)
+    case["actions"]["expect"]["pushed"] = {"measure": "away", "on": "hit", **span}
+    expected = case_without(case, ["ball"], times)["actions"]["expect"].get("pushed")
+    assert expected == (made and {"measure": "away"} | made)
+
+
 def test_pairs_of_friction_go_with_their_bodies() -> None:
     case = data_of(TEXT)
     case["scene"]["contact"] = {"pairs": {"slick": {"between": ["ball", "tin"], "friction": 0.1}}}

@@ -299,7 +299,8 @@ class Attempts:
             if now is not None and not there and seconds > MAX_REPEAT_SHARE * 60 * now:
                 facts = [untried_causes(plan, seconds)]
             else:
-                facts = compare_causes(plan, attempt.text, self.case / "case.yaml", simulate)
+                path = self.case / "case.yaml"
+                facts = compare_causes(plan, attempt.text, path, simulate, self.case / attempt.run)
             attempt.evidence = f"{attempt.evidence}\n\n{causes_text(facts)}"
             attempt.facts += facts_as_data(replace(fact, about_cause=True) for fact in facts)
             attempt.cites = sorted({*attempt.cites, "diagnostic:causes"})

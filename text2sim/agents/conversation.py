@@ -38,8 +38,8 @@ MIN_LENGTH_FOR_CHANGES = 2_000
 IN_FULL = "Answer again, in full, in one fenced ```yaml block."
 ANSWER_WITH_CHANGES = (
     "Answer in one fenced ```yaml block with the one key `changes`, and under it only the keys that change, each at "
-    "its place: mappings are merged, any other value, lists too, takes the place of the old one, and null removes a "
-    "key. (Or answer again, in full.)"
+    "its place: mappings are merged, any other value, lists too, takes the place of the old one (so does an "
+    "expectation that names its `measure` or `event`), and null removes a key. (Or answer again, in full.)"
 )
 
 
@@ -289,16 +289,27 @@ def _models_in(kind: Any) -> list[type[BaseModel]]:
 
 
 def apply_merge_patch(data: Any, changes: Any) -> Any:
-    """Return data with a JSON Merge Patch applied (RFC 7396): null removes a key."""
+    """Return data with a JSON Merge Patch applied (RFC 7396): null removes a key.
+
+    Unlike there, an expectation that says what it is about takes the place of the old one: left in, its old `on` or
+    `during` would change the meaning of the new one without a fault to show for it.
+    """
     if not isinstance(changes, dict):
         return changes
     made = dict(data) if isinstance(data, dict) else {}
     for key, value in changes.items():
         if value is None:
             made.pop(key, None)
-        else:
-            made[key] = apply_merge_patch(made.get(key), value)
+            continue
+        old = made.get(key)
+        if key == "expect" and isinstance(old, dict) and isinstance(value, dict):
+            old = {name: row for name, row in old.items() if not _is_whole_expectation(value.get(name))}
+        made[key] = apply_merge_patch(old, value)
     return made
+
+
+def _is_whole_expectation(row: Any) -> bool:
+    return isinstance(row, dict) and bool({"measure", "event"} & set(row))
 
 
 def _complaint(reasons: Sequence[str], remedy: str) -> str:

@@ -12,6 +12,7 @@ from text2sim.agents.assembly import examine, format_problem
 from text2sim.agents.contract import numbered_copies
 from text2sim.agents.facts import Fact
 from text2sim.agents.replies import CasePlan
+from text2sim.recording.run_files import read_json
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.canonical import format_text
@@ -30,8 +31,16 @@ Found = Mapping[str, Mapping[str, Any]]
 _NUMBER = re.compile(r"_(\d+|\$\{.*\})$")
 
 
-def case_without(case: Data, names: Collection[str]) -> Data:
-    """Return a case without its film, and without the named bodies, statics and controls and all references to them."""
+def case_without(case: Data, names: Collection[str], times: Mapping[str, float | None] | None = None) -> Data:
+    """Return a case without its film, and without the named bodies, statics and controls and all references to them.
+
+    An expectation that counts from (`on`) an event of these counts from the time of that event instead.
+
+    Args:
+        case: The case.
+        names: Bodies, statics and controls.
+        times: First time of each event [s] in the run with them, None if it did not happen; the start if not given.
+    """
     left = {key: row for key, row in copy.deepcopy(case).items() if key not in ("render", "variants", "sweeps")}
     scene, actions = left.get("scene") or {}, left.get("actions") or {}
     several = {name for part in PARTS for name, row in (actions.get(part) or {}).items() if "repeat" in row}
@@ -53,9 +62,32 @@ def case_without(case: Data, names: Collection[str]) -> Data:
         if _refers(row, gone) or _waits_in_vain(row, actions)
     ]:
         for part, name in lost:
+            row = actions[part][name]
+            if part == "expect" and (kept := _by_the_clock(row, times)) and not _refers(kept, gone):
+                actions[part][name] = kept
+                continue
             del actions[part][name]
             gone |= {name, f"{name}_*"} if name in several else {name}
     return left
+
+
+def _by_the_clock(row: Data, times: Mapping[str, float | None] | None) -> Data:
+    """Return an expectation `on` an event with times of the run instead; empty if there is no such time."""
+    event = row.get("on")
+    time = 0.0 if times is None else times.get(str(event))
+    if not isinstance(event, str) or "${" in event or time is None:
+        return {}
+    kept = {key: value for key, value in row.items() if key != "on"}
+    for key in {"within", "at", "during"}.intersection(kept):
+        span = kept[key]
+        kept[key] = [_later(one, time) for one in span] if isinstance(span, list) else _later(span, time)
+    return kept
+
+
+def _later(value: Any, time: float) -> Any:
+    if isinstance(value, str):
+        return f"${{({inner[1]}) + {time}}}" if (inner := re.fullmatch(r"\$\{(.*)\}", value)) else value
+    return value + time if isinstance(value, (int, float)) else value
 
 
 def _waits_in_vain(row: Mapping[str, Any], actions: Mapping[str, Any]) -> bool:
@@ -90,10 +122,10 @@ def cause_faults(case: Data, plan: CasePlan) -> list[str]:
         if _effects(plan, requirement, case_without(case, names)):
             continue
         lost, cause = (", ".join(f"`{name}`" for name in some) for some in (measured, names))
-        why = f"{lost}: about {cause}, or an event of it (`on`, `after`)" if lost else "nothing under `meets` can fail"
+        why = f"{lost}: about {cause}, or an event of it" if lost else "nothing under `meets` can fail"
         wrong.append(
             f"/causes/{requirement}: a run without {cause} shows nothing ({why}); add to `meets` what another body "
-            "does by the clock, name as the cause what acts on it, or leave the claim out"
+            "does, name as the cause what acts on it, or leave the claim out"
         )
     return wrong
 
@@ -105,7 +137,13 @@ def _effects(plan: CasePlan, requirement: str, left: Data) -> list[str]:
     return [name for name in plan.meets.get(requirement, ()) if name in expected and name not in plan.keeps]
 
 
-def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[Any], tuple[str, Found]]) -> list[Fact]:
+def compare_causes(
+    plan: CasePlan,
+    text: str,
+    path: Path,
+    simulate: Callable[[Any], tuple[str, Found]],
+    run: Path | None = None,
+) -> list[Fact]:
     """Run a case once without each cause that the plan names, and compare; equal causes share a run.
 
     Args:
@@ -114,18 +152,19 @@ def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[An
         text: The case, in which all expectations hold.
         path: Path of the case file.
         simulate: Runs a loaded case; returns its final status and the results of its expectations, by name.
+        run: Folder of the run of the case, which tells when its events happened.
 
     Returns:
         A fact for each effect; none if the plan names no cause.
     """
-    facts = []
+    facts, times = [], _first_times(run) if run is not None else None
     runs: dict[frozenset[str], tuple[str, Found] | RunError] = {}
     for requirement, names in plan.causes.items():
         description, causes = f"without {', '.join(f'`{name}`' for name in names)}", frozenset(names)
         if causes not in runs and len(runs) >= MAX_CAUSES:
             facts.append(Fact(requirement, None, f"not run {description}: {MAX_CAUSES} causes are tested at most"))
             continue
-        case = case_without(revising.data_of(text), causes)
+        case = case_without(revising.data_of(text), causes, times)
         examined = examine(format_text(json.dumps(case, ensure_ascii=False)), path)
         effects = _effects(plan, requirement, case)
         if not effects:
@@ -152,6 +191,12 @@ def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[An
                 told = f"{description} `{name}` {CAUSE_VERDICTS.get(came, 'could not be told')} ({why})"
                 facts.append(Fact(requirement, ok, told, without=tuple(names) if state == "finished" else ()))
     return facts
+
+
+def _first_times(run: Path) -> dict[str, float | None]:
+    """Return the first time of each event of a run [s], by name; None for those that did not happen."""
+    evidence = read_json(run / "evidence.json") or {}
+    return {name: row["first"] for name, row in (evidence.get("events") or {}).items()}
 
 
 def were_tried(facts: Iterable[Mapping[str, Any]], plan: CasePlan) -> bool:

@@ -108,7 +108,7 @@ def _fact_faults(plan: CasePlan, path: Path) -> list[str]:
 
 
 def _bound_faults(plan: CasePlan) -> Iterator[str]:
-    """Report both sorts of bounds: often one is left of an expectation that `changes` were merged into."""
+    """Report both sorts of bounds: one may be left where `changes` gave only the other."""
     for name, row in plan.checks.expect.items():
         if row.get("equals") is not None and not (row.get("above") is None and row.get("below") is None):
             yield f"/checks/expect/{name}: either `equals` with `tolerance`, or `above` and `below` (null removes one)"
