@@ -8,14 +8,15 @@ from text2sim.rendering.film import Filming, Reel
 from text2sim.templates.cadence import Frame
 
 CUTS = (
-    (1.0, 1.0, 1), (1.0, 1.0, 2), (0.75, 1.0, 2), (0.75, 1.0, 4),
+    (1.0, 1.0, 1), (1.0, 1.0, 2), (0.75, 1.0, 2), (0.75, 1.5, 2),
     (0.75, 1.5, 4), (0.75, 2.0, 4), (0.5625, 2.0, 4), (0.5625, 3.0, 4),
 )  # fmt: skip
 """Successive cuts: factor on width and height, factor on the time between pictures, divisor of the samples per pixel.
 
 Fewer samples show least, since frames are denoised: 8 and 4 differed from 64 by 2.4 and 3.1 of 255 (RMS) in brick_wall,
-by 1.5 and 2.0 in laid_table (benchmarks/film_samples.py). Coarse pictures show more than few: at 16 pictures a second
-motion is still smooth, and the textures and edges of 720 pixels are soft.
+by 1.5 and 2.0 in laid_table (benchmarks/film_samples.py). With 2, shadows of moving bodies become blotches. Coarse
+pictures show more than few: at 16 pictures a second motion is still smooth, and the textures and edges of 720 pixels are
+soft.
 """
 FEWEST_SAMPLES = 2
 """Smallest number of samples per pixel of a film that is cut down."""
