@@ -121,6 +121,32 @@ def test_an_orbit_sees_all_from_everywhere():
     assert max(np.abs(seen(view)[:, :2]).max() for view in views) == pytest.approx(0.9, abs=1e-6)
 
 
+@pytest.mark.parametrize("smooth", [0.0, 0.3])
+def test_a_frame_is_held_by_a_camera_that_moves_along(smooth):
+    class Convoy(Thrown):
+        """The ball, and a cart that runs ahead of it at 3 m/s and gains half a metre per second."""
+
+        def bounds(self, bodies, t):
+            cart = np.array((1.0 + 3.5 * t, 0.2, 0.1)) + np.array([(x, 0, z) for x in (-0.2, 0.2) for z in (-0.1, 0.1)])
+            return np.concatenate([super().bounds(["ball"], t), cart])
+
+    frame = {"bodies": ["ball", "cart"], "margin": 0.1, "within": None, "direction": (0.2, -1, 0.3)}
+    start = {"kind": "follow", "body": "ball", "link": None, "smooth": smooth, "offset": (0, -1, 0), "frame": frame}
+    made = cameras(start, Convoy())
+    views = [(t, made.view("main", t)) for t in Thrown.time]
+    places = np.concatenate([project(view, Convoy().bounds([], t), ASPECT) for t, view in views])
+    assert np.abs(places[:, :2]).max() == pytest.approx(0.8, abs=1e-6)
+    (_, first), (_, last) = views[0], views[-1]
+    moved = Thrown().position("ball", 1.0) - Thrown().position("ball", 0.0)
+    assert last.pos - first.pos == pytest.approx(moved, abs=0.6 * smooth * 4), "at the end the mean lags"
+    assert first.pos - last.pos == pytest.approx(first.look_at - last.look_at), "it does not turn"
+
+
+def test_a_following_camera_has_nothing_to_catch_up_with():
+    follow = {"kind": "follow", "body": "ball", "link": None, "smooth": 0.6, "offset": (0, -2, 0)}
+    assert cameras(follow).view("main", 0.0).look_at == pytest.approx(Thrown().position("ball", 0.0))
+
+
 def test_what_leaves_the_space_is_given_up_and_only_shots_count():
     frame = {"bodies": ["ball"], "margin": 0.0, "within": ((-1, -1, 0), (2, 1, 3)), "direction": (0, -1, 0)}
     camera = {"kind": "still", "pos": (0, -1, 1), "look_at": (0, 0, 1), "frame": frame}

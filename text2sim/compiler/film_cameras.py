@@ -114,7 +114,13 @@ def resolve_camera(camera: Camera, scene: FilmedScene) -> dict[str, Any]:
     if isinstance(camera, Follow):
         copies, link = select(camera.body, scene.placed)
         plain |= {"body": copies[0].name, "link": link, "smooth": camera.smooth}
-        return plain | ({"pos": camera.from_} if camera.from_ is not None else {"offset": camera.offset})
+        if camera.frame is None:
+            return plain | ({"pos": camera.from_} if camera.from_ is not None else {"offset": camera.offset})
+        frame = _frame(camera, scene) | {"direction": camera.direction}
+        x, y, z = scene.points.in_world(copies[0], link, None)
+        balls = _subject_balls(_names(camera.frame), scene)
+        beside = [((a - x, b - y, c - z), radius) for (a, b, c), radius in balls]
+        return _framed(plain | {"frame": frame}, beside, scene)
     if isinstance(camera, Keyframed):
         listed = isinstance(camera.look_at, list)
         look_at = camera.look_at if listed else resolve_target(camera.look_at, scene)
@@ -270,7 +276,7 @@ def _focus(focus: Any, scene: FilmedScene) -> Any:
     return {"body": copies[0].name, "link": link}
 
 
-def _frame(camera: Still | Orbit, scene: FilmedScene) -> dict[str, Any]:
+def _frame(camera: Still | Orbit | Follow, scene: FilmedScene) -> dict[str, Any]:
     assert camera.frame is not None
     margin = DEFAULT_MARGIN if camera.margin is None else camera.margin
     within = None if camera.within is None else (camera.within.min, camera.within.max)
@@ -298,7 +304,7 @@ def _framed(camera: dict[str, Any], balls: list[Ball], scene: FilmedScene) -> di
 
     found = framed_balls(camera, balls or [((0.0, 0.0, 0.0), 1.0)], scene.aspect)
     numbers = {key: round(float(found[key]), 4) for key in ("fov", "radius", "height") if key in found}
-    found |= numbers | {key: _rounded(found[key]) for key in ("pos", "look_at") if key in found}
+    found |= numbers | {key: _rounded(found[key]) for key in ("pos", "look_at", "offset", "aside") if key in found}
     return {key: found[key] for key in [*(key for key in found if key != "frame"), "frame"]}
 
 

@@ -1,7 +1,7 @@
 """The cameras of a film, given the recorded states; `viewpoints.py` describes a camera.
 
-A still or an orbiting camera may have `frame`: the bodies to keep in the picture, the box `within` which they count,
-and a margin. Its pose was then derived from the start of the scene, and is corrected by the recorded states.
+A still, orbiting or following camera may have `frame`: the bodies to keep in the picture, the box `within` which they
+count, and a margin. Its pose was then derived from the start of the scene, and is corrected by the recorded states.
 """
 
 import math
@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 if __package__:
-    from .viewpoints import aperture_radius, basis, place  # noqa: TID252
+    from .viewpoints import aperture_radius, basis, followed, place  # noqa: TID252
 else:  # in a program, where it lies beside this module
-    from viewpoints import aperture_radius, basis, place
+    from viewpoints import aperture_radius, basis, followed, place
 
 SAMPLES = 60
 """Number of moments of the recording at which the framing is checked, beside those at which bodies are outermost."""
@@ -87,7 +87,7 @@ class Cameras:
         return np.asarray(focus, float)
 
     def _shown(self, name: str, frame: dict) -> np.ndarray:
-        """Points that a camera has to show in its shots [m], shape (n, 3)."""
+        """Points that a camera has to show in its shots [m], shape (n, 3); relative to the body that it follows."""
         shots = [shot for shot in self._film["shots"] if shot["camera"] == name]
         spans = [(shot["from"], shot["to"]) for shot in shots] or [(self._film["start"], self._film["end"])]
         time = np.asarray(self._states.time)
@@ -101,12 +101,15 @@ class Cameras:
             times = np.union1d(times, self._states.extremes(frame["bodies"], inside))
         clouds = [np.asarray(self._states.bounds(frame["bodies"], float(t)), float) for t in times]
         points = np.concatenate([np.zeros((0, 3)), *clouds])
-        points = points[np.isfinite(points).all(axis=1)]
-        if frame["within"] is None:
-            return points
-        low, high = frame["within"]
-        near = points[((points >= low) & (points <= high)).all(axis=1)]
-        return near if len(near) else points
+        known = np.isfinite(points).all(axis=1)
+        if frame["within"] is not None:
+            low, high = frame["within"]
+            near = known & ((points >= low) & (points <= high)).all(axis=1)
+            known = near if near.any() else known
+        if (camera := self._cameras[name])["kind"] == "follow":
+            origins = [followed(camera, float(t), self._states) for t in times]
+            points = points - np.repeat(np.reshape(origins, (-1, 3)), [len(cloud) for cloud in clouds], axis=0)
+        return points[known]
 
 
 def project(view: View, points: Any, aspect: float) -> np.ndarray:
@@ -129,16 +132,19 @@ def framed(camera: dict, points: np.ndarray, aspect: float) -> dict:
 
     A still camera with a `direction` moves as near as possible; without one it keeps its place and changes its field of
     view. An orbiting camera gets the smallest radius if `fit` is set; otherwise it only gets a new centre, and the
-    margin is ignored.
+    margin is ignored. A following camera gets its place relative to the body that it follows.
 
     Args:
         camera: Camera with a `frame`.
-        points: Points to show [m], shape (n, 3).
+        points: Points to show [m], shape (n, 3), relative to the followed body if there is one.
         aspect: Width of the picture over its height.
     """
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     if camera["kind"] == "orbit":
         return _framed_orbit(camera, points, middle, aspect)
+    if camera["kind"] == "follow":
+        still = _framed_by_distance(camera, points, middle, aspect)
+        return camera | {"offset": still["pos"], "aside": still["look_at"]}
     if "direction" in camera["frame"]:
         return _framed_by_distance(camera, points, middle, aspect)
     return _framed_by_fov(camera, points, middle, aspect)

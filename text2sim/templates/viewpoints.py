@@ -3,7 +3,8 @@
 A camera is a dictionary from `render.py`. All have `kind`, `up`, and the vertical field of view `fov` [deg].
 
     still       pos, look_at
-    follow      body, link, smooth [s], and pos or offset [m]
+    follow      body, link, smooth [s], and pos or offset [m]; with an offset also aside [m], from the body to the point
+                it looks at
     mounted     body, link, and in its frame pos, look_at and up
     orbit       look_at, radius, height [m], start, turn [rad]
     dolly       pos, to, look_at
@@ -49,11 +50,10 @@ def _line_of_sight(camera: dict, t: float, part: float, states: Any) -> tuple[Ve
     if kind == "still":
         return camera["pos"], camera["look_at"]
     if kind == "follow":
-        # The mean over a short time keeps the picture calm.
-        times = [t + camera["smooth"] * (i / (MEAN_OF - 1) - 0.5) for i in range(MEAN_OF)]
-        spots = [states.position(camera["body"], moment, camera["link"]) for moment in times]
-        x, y, z = (sum(float(spot[k]) for spot in spots) / MEAN_OF for k in range(3))
-        return (_sum((x, y, z), camera["offset"]) if "offset" in camera else camera["pos"]), (x, y, z)
+        body = followed(camera, t, states)
+        if "offset" not in camera:
+            return camera["pos"], body
+        return _sum(body, camera["offset"]), _sum(body, camera.get("aside", (0.0, 0.0, 0.0)))
     if kind == "orbit":
         angle = camera["start"] + camera["turn"] * part
         arm = (camera["radius"] * math.cos(angle), camera["radius"] * math.sin(angle), camera["height"])
@@ -67,6 +67,23 @@ def _line_of_sight(camera: dict, t: float, part: float, states: Any) -> tuple[Ve
             look_at = along(times, look_at, t)
         return along(times, camera["positions"], t), look_at
     raise ValueError(f"no camera is of kind {kind}")
+
+
+def followed(camera: dict, t: float, states: Any) -> Vec:
+    """Return the position of a followed body [m], averaged over a short time so that the picture is calm.
+
+    Args:
+        camera: The camera.
+        t: Simulated time [s].
+        states: See `place`.
+    """
+    # The mean is about `t` even at the start, before which nothing is recorded: else the camera would first have to
+    # catch up with a body that moves from the beginning.
+    span = min(camera["smooth"], 2 * t)
+    times = [t + span * (i / (MEAN_OF - 1) - 0.5) for i in range(MEAN_OF)]
+    spots = [states.position(camera["body"], moment, camera["link"]) for moment in times]
+    x, y, z = (sum(float(spot[k]) for spot in spots) / MEAN_OF for k in range(3))
+    return x, y, z
 
 
 def along(times: list[float], points: list[Vec], t: float) -> Vec:

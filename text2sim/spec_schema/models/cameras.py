@@ -104,23 +104,31 @@ class Still(_Framing):
         return self
 
 
-class Follow(_Upright):
-    """A camera that keeps looking at a body, from a fixed position or moving along."""
+class Follow(_Framing):
+    """A camera that keeps looking at a body, from a fixed position or moving along.
+
+    With `frame` it moves along in the given `direction` from the body, as near as possible with all of `frame` in the
+    picture.
+    """
 
     kind: Literal["follow"]
     body: Selector
     """Its target."""
     from_: Vec3 | None = Field(default=None, alias="from")
-    """Its position [m]; give either this or `offset`."""
+    """Its position [m]; give this, `offset`, or `frame` and `direction`."""
     offset: Direction | None = None
     """Its position relative to the body [m]: it moves along."""
+    direction: Direction | None = None
+    """With `frame`: direction from the bodies to the camera, which moves along."""
     smooth: Seconds = Field(default=0.3, le=60.0)
     """Time [s] over which its motion is averaged."""
 
     @model_validator(mode="after")
     def _one_place(self) -> "Follow":
-        if (self.from_ is None) == (self.offset is None):
-            raise ValueError("give either from or offset")
+        if sum(way is not None for way in (self.from_, self.offset, self.direction)) != 1:
+            raise ValueError("give either from or offset, or frame and direction")
+        if (self.frame is None) != (self.direction is None):
+            raise ValueError("frame and direction go together")
         return self
 
 
