@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,13 @@ from pydantic import ValidationError
 
 from tests.agents.test_criticism import judged
 from tests.harness.conftest import WrittenRun
+from text2sim.agents import facts
 from text2sim.agents.color_terms import color_name, matches_color
 from text2sim.agents.conversation import Wrong, typed_parser
 from text2sim.agents.facts import _FACT_FUNCTIONS, Fact, claim_faults, compute_facts
 from text2sim.agents.replies import FACTS, Claim
 from text2sim.agents.roles import PROMPTS
+from text2sim.compiler.build import resolve_case
 from text2sim.spec_schema.load import load_text
 
 CASE = """\
@@ -83,6 +86,21 @@ def told(tmp_path: Path) -> Any:
 def test_a_claim_says_which_of_its_fields_need_each_other() -> None:
     with pytest.raises(ValidationError, match="`by` and `moved` or `touched` need each other"):
         Claim(moved="tin")
+
+
+def test_the_size_of_a_body_with_links_is_that_of_all_of_them() -> None:
+    """A chain of five links of 0.1 m each, with round ends, is half a metre long and a little more."""
+    text = """
+text2sim: 2
+name: hanging
+prompt: A chain.
+scene: {duration: 1}
+bodies:
+  chain: {kind: chain, links: 5, link_length: 0.1, radius: 0.01, pose: {pos: [0, 0, 1]}}
+"""
+    run: Any = SimpleNamespace(resolution=resolve_case(load_text(text, Path("case.yaml"))))
+    target: Any = SimpleNamespace(label="chain", copy="chain")
+    assert 0.5 <= facts._size(target, run) <= 0.52
 
 
 @pytest.mark.parametrize(

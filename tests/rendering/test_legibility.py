@@ -185,6 +185,10 @@ def test_an_empty_picture_and_an_end_before_the_end_are_said(make_run: MakeRun) 
         return {"name": "a", "camera": "main", "from": start, "to": end, "speed": 0.1, "hold": 0.0}
 
     assert "all bodies together span" in remarks()
+    assert "goes" not in remarks(), "there is but one body"
+    near = {"half": 0.1, "pos": (0.3, 0, 0.4), "velocity": (0.1, 0, 0)}
+    far = "\n".join(summarise(Watcher(read_recording(make_run(box | {"near": near}))))["remarks"])
+    assert "(`box` goes 0.3 m, others 0.03 m at most)" in far
     assert "ends" not in remarks()
     assert "the film ends at 0.19 s of 0.40 s" in remarks(shots=[shot(0.0, 0.2)])
     assert "the film ends with a replay, at 0.19 s" in remarks(shots=[shot(0.0, 0.4), shot(0.1, 0.2)])

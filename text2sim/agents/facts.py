@@ -166,14 +166,18 @@ def _mass(target: "RecordedTarget", run: JudgedRun) -> float:
 
 
 def _size(target: "RecordedTarget", run: JudgedRun) -> float:
-    """Longest side [m] of the box around a body with a shape, along its own axes."""
-    from text2sim.compiler.shapes.extents import extents
+    """Longest side [m] of the box around a body as it starts, along its own axes."""
+    from text2sim.compiler.shapes.extents import body_extents, extents
+    from text2sim.compiler.trees.link_trees import tree_extents
 
-    copies = run.resolution.placed[body_of(target.copy)]
-    (shape,) = (copy.shape for copy in copies if copy.name == target.copy)
-    if shape is None or target.label != target.copy:
-        raise ValueError(f"the size of `{target.label}` is not that of a shape")
-    low, high = extents(shape, IDENTITY, run.resolution.loaded.folder)
+    if target.label != target.copy:
+        raise ValueError(f"`{target.label}` is a link, of which no size is known")
+    (copy,) = (copy for copy in run.resolution.placed[body_of(target.copy)] if copy.name == target.copy)
+    folder = run.resolution.loaded.folder
+    if copy.shape is not None:
+        low, high = extents(copy.shape, IDENTITY, folder)
+    else:
+        low, high = body_extents(copy.model, IDENTITY, folder, tree_extents)
     return max(b - a for a, b in zip(low, high, strict=True))
 
 

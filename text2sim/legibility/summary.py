@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
+import numpy as np
+
 from text2sim.legibility.film import SAMPLED_PICTURES, Row, Watcher, nearest_frame
 from text2sim.legibility.sight import MIN_PIXELS, Sight
 from text2sim.legibility.turning import unseen_turns
@@ -34,6 +36,9 @@ CUT_OFF = 0.25
 """Part of the recorded time after the end of a film above which the end is reported as missing."""
 EMPTY_SPAN = 0.3
 """Part of the picture's width or height that all bodies together span in most pictures, below which it is empty."""
+
+FAR_RATIO, FAR_MOMENTS = 3.0, 12
+"""How many times as far as all others a body goes to be named as what makes a picture wide; moments that are tried."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +127,7 @@ def _about_film(watcher: Watcher, pictures: list[Frame], rows: list[Row], last: 
     if 0 < span < EMPTY_SPAN:
         found.append(
             f"all bodies together span {_percent(span)} of the picture in most pictures: the camera can be "
-            f"{0.8 / span:.1f} times as near, or go along"
+            f"{0.8 / span:.1f} times as near, or go along{_what_goes_far(watcher, pictures)}"
         )
     end, latest = pictures[-1].t, max(frame.t for frame in pictures)
     if pictures[-1].again and latest - end > pictures[-1].speed:
@@ -130,6 +135,21 @@ def _about_film(watcher: Watcher, pictures: list[Frame], rows: list[Row], last: 
     elif last - end > CUT_OFF * last and watcher.moves_between(end, last):
         found.append(f"the film ends at {end:.2f} s of {last:.2f} s: is the final state in it?")
     return found
+
+
+def _what_goes_far(watcher: Watcher, pictures: list[Frame]) -> str:
+    """Words for a body that goes much farther than all others, which makes the picture wide."""
+    states, start = watcher.recording.states, pictures[0].t
+    ways = {}
+    for name in watcher.moving:
+        first = states.tracks([name], start)
+        some = [*pictures[:: max(1, len(pictures) // FAR_MOMENTS)], pictures[-1]]
+        moved = [np.linalg.norm(states.tracks([name], frame.t) - first, axis=1) for frame in some]
+        ways[name] = float(np.nanmax(moved, initial=0.0))
+    *others, farthest = sorted(ways, key=ways.__getitem__)
+    if not others or ways[farthest] < FAR_RATIO * ways[others[-1]]:
+        return ""
+    return f" (`{farthest}` goes {ways[farthest]:.2g} m, others {ways[others[-1]]:.2g} m at most)"
 
 
 def _about_bodies(watcher: Watcher, pictures: list[Frame], rows: list[Row]) -> list[str]:
