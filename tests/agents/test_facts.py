@@ -43,6 +43,10 @@ bodies:
     pose: {pos: [1, 0, 1]}
     look: {color: [navy, black]}
     repeat: {kind: line, count: 2, step: [1, 0, 0]}
+actions:
+  controls:
+    push: {kind: force, body: ball, force: [5, 0, 0], during: [0, 0.2]}
+    hold: {kind: attach, body: "tin[1]", to: world}
 """
 
 
@@ -141,6 +145,8 @@ bodies:
         ({"same": "size", "of": ["floor", "ball"]}, None, "cannot be told"),
         ({"same": "mass", "of": ["ball"]}, None, "`ball` is only one body"),
         ({"same": "mass", "of": ["lamp", "ball"]}, None, "`lamp` was not recorded"),
+        ({"passive": "tin"}, True, "no force, drive or start velocity acts on `tin`"),
+        ({"passive": "ball"}, False, "`push` (force) acts on `ball`"),
     ],
 )  # fmt: skip
 def test_a_fact_is_true_false_or_open(told: Any, claim: dict[str, Any], ok: bool | None, said: str) -> None:

@@ -114,6 +114,13 @@ def test_the_moments_that_decide_are_shown_with_what_is_just_before_and_after(ru
     assert next(iter(moments(evidence, ACTIONS))).bodies == ("ball",)
 
 
+def test_of_an_event_that_is_counted_the_last_time_is_shown_too() -> None:
+    evidence = {"events": {"hit": {"first": 0.5, "last": 1.5}}, "time": {"reached": 2.0}}
+    counted = ACTIONS | {"expect": {"twice": {"event": "hit", "count": 2}}}
+    assert [(one.t, one.reason) for one in moments(evidence, counted)][:2] == [(0.5, "hit"), (1.5, "last hit")]
+    assert "last hit" not in [one.reason for one in moments(evidence, ACTIONS)]
+
+
 def touch(t: float, one: str, other: str, impulse: float, name: str | None = None) -> dict:
     return {"kind": "contact", "name": name, "time": t, "between": [one, other], "impact_impulse": impulse}
 

@@ -35,6 +35,8 @@ MIN_MOTION_RATIO = 2.0
 """Smallest ratio of the motion after a touch to that before it, if the touch is the cause."""
 SAME, MAX_COMPARED = 0.01, 6
 """Relative difference up to which masses and sizes are the same, and most of them that are told."""
+MOVING_CONTROLS = ("initial_velocity", "impulse", "force", "torque", "drive", "reach", "airflow")
+"""Kinds of controls that act on a body by themselves; those that hold, let go or remove it are none, nor are fields."""
 FROM_THE_START = 2.5
 """Number of time steps within which a touch counts as present from the start."""
 
@@ -181,6 +183,28 @@ def _size(target: "RecordedTarget", run: JudgedRun) -> float:
     return max(b - a for a, b in zip(low, high, strict=True))
 
 
+def _is_passive(claim: Claim, run: JudgedRun) -> FactAnswer:
+    """Whether a body or link is moved by gravity, contact and its joints alone: no control or motor acts on it."""
+    names, case = run.recording.names, run.recording.case
+    body = body_of(claim.passive)
+    if body in case.bodies and case.bodies[body].kind == "driven":
+        return False, f"`{body}` is driven along a given path"
+    own = _columns(names.select(claim.passive))
+    acting = [
+        f"`{name}` ({control.kind})"
+        for name, control in case.actions.controls.items()
+        if control.kind in MOVING_CONTROLS
+        and own & _columns(names.select(getattr(control, "joint", None) or getattr(control, "body", ())))
+    ]
+    told = f"{', '.join(acting)} acts on" if acting else "no force, drive or start velocity acts on"
+    return not acting, f"{told} `{claim.passive}`"
+
+
+def _columns(targets: Iterable["RecordedTarget"]) -> set[tuple[str, int]]:
+    """The copies and links that a fact or control is about."""
+    return {(target.copy, link) for target in targets for link in target.links or (target.root,)}
+
+
 # --- colours -------------------------------------------------------------------------------------------------------
 
 
@@ -321,6 +345,7 @@ _FACT_FUNCTIONS: Mapping[str, Callable[[Claim, JudgedRun], FactAnswer]] = {
     "moved": _has_moved,
     "touched": _has_touched,
     "same": _same,
+    "passive": _is_passive,
 }
 """Function for each sort of fact (`FACTS` in `replies`)."""
 

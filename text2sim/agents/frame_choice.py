@@ -89,8 +89,12 @@ def moments(evidence: Data, actions: Data, strikes: Sequence[FrameMoment] = ()) 
         ((row["first"], name) for name, row in evidence["events"].items() if row.get("first") is not None),
     )[:MAX_EVENTS]
     events = [FrameMoment(t, name, named_bodies((actions.get("events") or {}).get(name))) for t, name in happened]
-    yield from (replace(one, decisive=True) for one in events)
-    used = {row.get("measure") for row in (actions.get("expect") or {}).values() if isinstance(row, dict)}
+    expected = [row for row in (actions.get("expect") or {}).values() if isinstance(row, dict)]
+    counted = {row.get("event") for row in expected if row.get("count") is not None}
+    last_times = [(evidence["events"][one.reason].get("last") or 0.0, one) for one in events if one.reason in counted]
+    again = [replace(one, t=t, reason=f"last {one.reason}") for t, one in last_times if t > one.t + MIN_INTERVAL]
+    yield from (replace(one, decisive=True) for one in (*events, *again))
+    used = {row.get("measure") for row in expected}
     extremes = [
         FrameMoment(row[f"{end}_at"], f"{end} of {name}", named_bodies((actions.get("measures") or {}).get(name)))
         for name, row in (evidence.get("measures") or {}).items()

@@ -88,7 +88,7 @@ class Fragments(Form):
 
 
 Selector = Annotated[str, StringConstraints(max_length=80)]
-FACTS = {"count": "equals", "color": "like", "seen": "", "moved": "by", "touched": "by", "same": "of"}
+FACTS = {"count": "equals", "color": "like", "seen": "", "moved": "by", "touched": "by", "same": "of", "passive": ""}
 """Sorts of facts: the field of `Claim` that gives it, and the further field that this requires."""
 
 
@@ -115,6 +115,8 @@ class Claim(Form):
     same: Literal["mass", "size", ""] = ""
     """In what the bodies `of` it are alike; the size is the longest side of the box around a body."""
     of: tuple[Selector, ...] = ()
+    passive: Selector = ""
+    """A body or link on which no control acts: gravity, contact and its joints alone move it."""
 
     @model_validator(mode="after")
     def _one(self) -> "Claim":
