@@ -46,6 +46,7 @@ NUT = trimesh.creation.cylinder(0.2, 0.2, sections=6)
     ("mesh", "axis", "unseen"),
     [
         (BALL, (0.0, 0.6, 0.8), True),
+        (trimesh.creation.icosphere(3, 0.02), (0.0, 0.6, 0.8), False),  # a pattern would not be seen, either
         (ROLLER, (0.0, 0.0, 1.0), True),
         (ROLLER, (1.0, 0.0, 0.0), False),
         (CRATE, (0.0, 0.0, 1.0), False),

@@ -69,7 +69,7 @@ def summarise(watcher: Watcher, moments: Sequence[Moment] = ()) -> dict[str, Any
         *_about_film(watcher, pictures[MAIN], rows[MAIN], last),
         *_about_bodies(watcher, pictures[MAIN], rows[MAIN]),
         *_about_moments(watcher, pictures[MAIN], moments[:MAX_EVENTS]),
-        *_about_turning(watcher, pictures[MAIN]),
+        *_about_turning(watcher, pictures[MAIN], rows[MAIN]),
     ]
     return {
         "films": {name: _film(watcher, found) for name, found in rows.items()},
@@ -210,10 +210,12 @@ def _about_moments(watcher: Watcher, pictures: list[Frame], moments: Sequence[Mo
     return found
 
 
-def _about_turning(watcher: Watcher, pictures: list[Frame]) -> list[str]:
+def _about_turning(watcher: Watcher, pictures: list[Frame], rows: list[Row]) -> list[str]:
+    """Remarks about turning that nothing shows, of bodies on which a pattern would be seen."""
     return [
         f"`{name}` turns {turns:.1f} times, which a plain round surface does not show: give its `look` a `pattern`"
         for name, turns in unseen_turns(watcher.recording, pictures).items()
+        if _body(rows, name)["share"]["max"] >= SMALL_SHARE
     ]
 
 
