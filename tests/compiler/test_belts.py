@@ -52,7 +52,11 @@ def case(
             "the surface of `belt` moves, so nothing can be fastened to it; name another static",
             12,
         ),
-        ({"controls": '{glue: {kind: bond, of: ["parcel", belt], strength: 1.0e5}}'}, "the surface of `belt` moves", 12),
+        (
+            {"controls": '{glue: {kind: bond, of: ["parcel", belt], strength: 1.0e5}}'},
+            "the surface of `belt` moves",
+            12,
+        ),
         (
             {"controls": "{glue: {kind: attach, body: parcel, to: world, at: 0}}", "floor": ""},
             "a weld to the world needs a static whose surface does not move",

@@ -29,7 +29,12 @@ def action_context(plan: Plan) -> dict[str, Any]:
     watched = [row.make for row in plan.watches]
     regions = [row.region for row in (*plan.holds, *plan.pushes)] + watched
     pushing = ["Push"] * bool(plan.pushes) + ["set_velocity"] * bool(soft_velocities)
-    acting = ["Actions", *["BELTS"] * bool(plan.belts), *["add_fields"] * bool(plan.fields), *["clear_the_way"] * bool(plan.prescribed or plan.belts)]
+    acting = [
+        "Actions",
+        *["BELTS"] * bool(plan.belts),
+        *["add_fields"] * bool(plan.fields),
+        *["clear_the_way"] * bool(plan.prescribed or plan.belts),
+    ]
     return {
         "velocities": [row for row in plan.velocities if row.entity not in plan.deformables],
         "soft_velocities": soft_velocities,

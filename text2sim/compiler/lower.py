@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 NATIVE_MORPHS = {"box": "Box", "sphere": "Sphere", "cylinder": "Cylinder"}
 PLACEMENT_KEYS = ("pose", "place", "repeat")
 
+
 @dataclass
 class Lowering:
     """Collects what the entities need besides themselves: model files, motors, start positions."""

@@ -100,7 +100,7 @@ class Batch:
             turn = quats_to_matrices(quat)[self._links]
             vertices = np.einsum("nij,nj->ni", turn, self._vertices) + pos[self._links]
             normals = np.einsum("nij,nj->ni", turn, self._normals)
-            uvs = self._uvs if self._rates is None else self._uvs + t * self._rates
+            uvs = self._uvs if self._uvs is None or self._rates is None else self._uvs + t * self._rates
             shape = mesh_shape(
                 self.name, bsdf or self._bsdf, vertices, self._faces, normals,
                 colors=self._colors, shades=self._shades, uvs=uvs,

@@ -34,6 +34,7 @@ class Belts:
         ]
 
     def __call__(self, t):
+        """Prepare the step that begins at t [s]."""
         for field, rows, value in self.values:
             values = qd_to_torch(field, copy=not gs.use_zerocopy)
             values[rows, 0] = value

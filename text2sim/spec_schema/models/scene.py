@@ -81,9 +81,9 @@ class Static(Model):
     material: Material = Material.model_construct()
     """Friction and restitution; its mass does not matter."""
     surface_velocity: Vec3 | None = None
-    """Velocity [m/s] of the surface of a `box` in its own frame, as of a conveyor belt: the box stays in its place, and its
-    friction carries what lies on it. At least one component is 0; the ends push at this speed. In path-traced films a
-    repeating pattern moves along."""
+    """Velocity [m/s] of the surface of a `box` in its own frame, as of a conveyor belt: the box stays in its place,
+    and its friction carries what lies on it. At least one component is 0; the ends push at this speed. In path-traced
+    films a repeating pattern moves along."""
     pose: Pose | None = None
     """Its pose; by default the origin."""
     place: Place | None = None
