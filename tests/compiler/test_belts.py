@@ -48,6 +48,13 @@ def case(
         ({"settings": "solver: {hibernation: true}"}, "no surface can move here: with `hibernation`", 6),
         ({"settings": "contact: {model: sap}"}, "contact model sap has no moving surfaces", 6),
         (
+            {
+                "fan": "jelly: {kind: soft, solver: fem, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [3, 0, 1]}}"
+            },
+            "contact model sap has no moving surfaces",
+            6,
+        ),
+        (
             {"controls": "{glue: {kind: attach, body: parcel, to: belt, at: 0}}"},
             "the surface of `belt` moves, so nothing can be fastened to it; name another static",
             12,

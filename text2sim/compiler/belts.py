@@ -6,8 +6,12 @@ from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_unit
+from text2sim.compiler.soft.solvers import contact_model
 from text2sim.compiler.trees.tree import TreeJoint
+from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.scene import Static
+from text2sim.spec_schema.names.removal_references import fixed_because
 
 DRIVEN_ARMATURE = 1e4
 """Armature [kg or kg m2] of the joints of belts and driven bodies: contact cannot push them back.
@@ -24,6 +28,21 @@ class Belt:
     velocity: Vec
     """Of the surface, in its own frame [m/s]."""
     line: int
+
+
+def check_belts(loaded: LoadedCase) -> list[Problem]:
+    """Return why surfaces cannot move in a scene, at each static whose surface should."""
+    case = loaded.case
+    model = contact_model(case.bodies.values(), case.scene)
+    scene = case.scene.model_copy(update={"contact": case.scene.contact.model_copy(update={"model": model})})
+    why = fixed_because(scene, "what lies on it would not be carried while it sleeps", "has no moving surfaces")
+    return [
+        loaded.problem(
+            ("scene", "statics", name, "surface_velocity"), f"no surface can move here: {why}", rule="moving-surface"
+        )
+        for name, static in case.scene.statics.items()
+        if why and static.carries
+    ]
 
 
 def lower_belts(copies: dict[str, list[Copy]]) -> tuple[Belt, ...]:

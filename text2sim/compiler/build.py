@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from text2sim.assets.mechanism import Mechanisms
-from text2sim.compiler.belts import carriers, lower_belts
+from text2sim.compiler.belts import carriers, check_belts, lower_belts
 from text2sim.compiler.contact_materials import Restitutions, contact_damping, resists_rolling, restitutions
 from text2sim.compiler.controls import ControlRows, lower_controls, lower_motions
 from text2sim.compiler.film import resolve_render
@@ -68,7 +68,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     mechanisms: Mechanisms = {}
     parts, problems = known_parts(loaded, mechanisms)
     counts, found = part_counts(loaded)
-    problems += [*found, *check_references(loaded, parts, counts)]
+    problems += [*found, *check_references(loaded, parts, counts), *check_belts(loaded)]
     _stop_at_errors(problems)
     placed, found = place_all(loaded, tree_extents, tree_standing, link_frames)
     problems += found

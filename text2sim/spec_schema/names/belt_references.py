@@ -1,9 +1,8 @@
-"""Checks of statics whose surfaces move: in which scenes they can, and what cannot be fastened to them."""
+"""Checks of what holds on to statics whose surfaces move: nothing can be fastened to them."""
 
 from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.models.controls import Attach, Bond
 from text2sim.spec_schema.names.name_table import NameTable
-from text2sim.spec_schema.names.removal_references import fixed_because
 from text2sim.spec_schema.names.selectors import WORLD, body_of
 from text2sim.spec_schema.text.document import Path
 
@@ -11,14 +10,10 @@ RULE = "moving-surface"
 
 
 def check_belts(table: NameTable) -> None:
-    """Check every static whose surface moves, and what holds on to it."""
+    """Check every control that fastens bodies, in a scene with statics whose surfaces move."""
     belts = [name for name, static in table.statics.items() if static.carries]
     if not belts:
         return
-    scene = table.loaded.case.scene
-    if why := fixed_because(scene, "what lies on it would not be carried while it sleeps", "has no moving surfaces"):
-        for name in belts:
-            table.report(("scene", "statics", name, "surface_velocity"), f"no surface can move here: {why}", RULE)
     for name, control in table.loaded.case.actions.controls.items():
         key = "to" if isinstance(control, Attach) else "of"
         where: Path = ("actions", "controls", name, key)
