@@ -210,6 +210,14 @@ def test_what_a_plan_says_in_passing_brings_no_pages() -> None:
     assert "ice: {between" in writer_pages("scene", slippery), "friction of a pair belongs to the scene"
 
 
+def test_a_plan_with_a_conveyor_hears_how_a_surface_moves() -> None:
+    assert "surface_velocity" not in writer_pages("scene", PLAN)
+    body = PlannedBody(kind="static", shape="box", what="3 x 0.5 m conveyor, runs towards +x at 0.4 m/s")
+    page = writer_pages("scene", PLAN.model_copy(update={"bodies": {**PLAN.bodies, "line": body}}))
+    assert "surface_velocity: [0.4, 0, 0]" in page
+    assert "- `surface_velocity` (3 numbers)" in page
+
+
 def test_everyday_words_and_planned_events_bring_the_controls_that_they_mean() -> None:
     posts = PlannedBody(kind="static", shape="box", what="two uprights that reach the ground")
     agreed = PLAN.model_copy(

@@ -273,6 +273,19 @@ def test_nothing_needs_more_than_a_few_frames(drop, make_case, frames):
     assert all((row["first"] is None) == (frames == 0) for row in found["measures"].values())
 
 
+def test_the_work_of_a_moving_surface_is_declared_and_its_energy_is_not_from_nowhere(new_run, make_case):
+    run = new_run(duration=1.0)
+    run.add_link("belt", mass=1.0, vel=(0.5, 0, 0))
+    run.add_link("ball", mass=1.0, vel=np.outer(run.time, [1, 0, 0]))
+    belt = {"shape": {"kind": "box", "size": [1, 1, 0.1]}}
+    assert judge(run.write(), make_case(scene={"statics": {"belt": belt}}))["suspicions"]
+    found = judge(run.write(), make_case(scene={"statics": {"belt": belt | {"surface_velocity": [0.5, 0, 0]}}}))
+    assert found["energy"]["not_counted"] == ["work of the moving surface of `belt`"]
+    assert found["suspicions"] == []
+    assert found["driven"] == []
+    assert [*found["speeds"]] == ["ball"]
+
+
 def test_prescribed_motion_and_pushes_are_declared(new_run, make_case):
     run = new_run(duration=0.1)
     run.add_link("ball", mass=1.0)

@@ -1,6 +1,7 @@
 """What parts look like: finishes of parts and links, dark glass, ground that fades."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,13 @@ from text2sim.compiler.build import plan_case
 from text2sim.compiler.emit import emit
 from text2sim.recording.film_record import Cut, SurfaceLook, WornMesh, _looks_of_pieces
 from text2sim.rendering.backdrop import backdrop_mesh, clearness, haze_distance
+from text2sim.rendering.decorating import decorated, drift
 from text2sim.rendering.finishes import FINISHES, _pattern, drawn_finish
 from text2sim.rendering.meshes import RenderMesh, boxed_uvs
-from text2sim.rendering.rigid import _grained, _rim, narrow_sides
+from text2sim.rendering.rigid import _grained, _pattern_rates, _rim, narrow_sides
 from text2sim.rendering.scene import texture_scale
 from text2sim.spec_schema.load import load_case
+from text2sim.templates.patterns import Decoration
 
 CASE = """
 text2sim: 2
@@ -174,3 +177,28 @@ def test_fragments_have_the_texture_and_the_edges_of_the_whole() -> None:
     middles = (edge.vertices @ turn.T + cut.place)[edge.faces].mean(axis=1)
     assert len(middles) == 6
     assert middles[:, 0].max() < -0.05, "where it was cut is no edge of the pane"
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_repeating_pattern_moves_with_the_surface(turned: bool) -> None:
+    """What is seen at p after a time t was seen at p - v t: its texture coordinates fall at their slope times v."""
+    velocity = np.array([0.5, 0.0, 0.0])
+    whole = trimesh.creation.box((2.0, 0.4, 0.1))
+    vertices, normals = whole.vertices[whole.faces].reshape(-1, 3), np.repeat(whole.face_normals, 3, axis=0)
+    block = RenderMesh(np.array(vertices), np.arange(len(vertices)).reshape(-1, 3), normals)
+    mesh, layer, _ = decorated(block, Decoration("stripes", 0.1, turned=turned), (0.2, 0.2, 0.2), np.eye(3))
+    rates = drift(mesh, velocity)
+    assert mesh.uvs is not None
+    for axis, side in ((2, 0.05), (1, -0.2)):
+        on = np.flatnonzero((np.abs(mesh.vertices[:, axis] - side) < 1e-9) & (np.abs(mesh.normals[:, axis]) > 0.9))
+        first = on[mesh.vertices[on, 0].argmin()]
+        across = mesh.vertices[on, 3 - axis] == mesh.vertices[first, 3 - axis]
+        last = on[across][mesh.vertices[on[across], 0].argmax()]
+        slope = (mesh.uvs[last] - mesh.uvs[first]) / (mesh.vertices[last, 0] - mesh.vertices[first, 0])
+        assert np.abs(slope).max() == pytest.approx(1, abs=0.1)
+        assert np.allclose(rates[on], -slope * velocity[0]), "the pattern moves with the surface, and is not distorted"
+    ends = np.abs(mesh.normals[:, 0]) > 0.9
+    assert np.abs(rates[ends]).max() < 1e-9, "across the ends nothing moves"
+    belt = WornMesh("belt", 0, Path("belt"), (0.0,) * 3, (1.0, 0.0, 0.0, 0.0), SurfaceLook((0.2,) * 3), tuple(velocity))
+    assert np.allclose(_pattern_rates(mesh, belt, layer), rates)
+    assert not _pattern_rates(mesh, belt, replace(layer, unit=None)).any(), "a label stays where it is"

@@ -13,6 +13,7 @@ from text2sim.spec_schema.text.source import Source, read_source
 
 STAGE = parse_document(read_source(Path(__file__).with_name("stage.yaml"))).data
 PARENTS = {
+    "statics": "/scene/statics",
     "shapes": "/bodies/ball",
     "sculpt_parts": "/bodies/ball/shape",
     "cloth_shapes": "/bodies/curtain",

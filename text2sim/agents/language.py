@@ -19,6 +19,7 @@ from text2sim.agents.condensed_pages import (
 from text2sim.agents.kind_words import kinds_in
 from text2sim.agents.page_selection import (
     ALWAYS_DESCRIBED,
+    BELT,
     DEFORMABLE_KINDS,
     EVERYDAY_KINDS,
     FIELD_CONTROLS,
@@ -94,6 +95,7 @@ def reference_pages(reader: str, kinds: Collection[str] | None = None) -> str:
     if wanted is None:
         return text
     text = (_RARE_STATIC_ROWS if reader == "scene" else _RARE_ROWS).sub("", text)
+    text = text if BELT in wanted else _BELT_ROWS.sub("", text)
     return text if wanted & DEFORMABLE_KINDS else _without_deformables(text)
 
 
@@ -385,6 +387,7 @@ _SOFT_ROWS = re.compile(
     r"|^ *- `\w+`[^:\n]*: (?:For|Of) (?:deformable|mpm and fem) bodies.*\n",
     re.MULTILINE,
 )
+_BELT_ROWS = re.compile(r"^.*\bsurface_velocity\b.*\n?", re.MULTILINE)
 _ROW = re.compile(r"- `\w+`\*?(?: \(.*?\))?: ")
 _SOFT_WORDS = re.compile(r"\b(?:deforms?|deformable|liquids?|[Cc]loth|soft body|mpm|pbd|fem)\b")
 _SOFT_EXAMPLE = re.compile(r"\w+: \{.*\b(?:curtain|jelly|water)\b.*\}$")

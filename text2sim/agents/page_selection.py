@@ -53,6 +53,10 @@ CONTROL_WORDS = {
     "release": frozenset({"let", "lets", "freed", "loose", "snap", "snaps"}),
 }
 """Everyday words for controls, in a brief."""
+BELT = "belt"
+"""Stands among kinds for statics whose surfaces move."""
+BELT_WORDS = frozenset({BELT, "belts", "conveyor", "conveyors", "treadmill", "treadmills", "surface_velocity"})
+"""Words of a plan for such statics."""
 CONTROLS_OF_EVENTS = {"released": ("attach", "release"), "removed": ("remove",), "broken": ("bond",)}
 """Controls without which there is no such event."""
 SOFT_FIELDS = ("touch_soft", "soft_reach", "mpm", "pbd", "fem", "ipc")

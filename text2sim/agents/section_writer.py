@@ -13,6 +13,8 @@ from text2sim.agents.assembly import FROZEN_PARTS, PLANNER_PARTS, names_for_owne
 from text2sim.agents.conversation import Conversation, Wrong, typed_parser
 from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.page_selection import (
+    BELT,
+    BELT_WORDS,
     CONTROL_WORDS,
     CONTROLS_OF_EVENTS,
     COPIES,
@@ -241,6 +243,8 @@ def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
     found = needed_kinds(plan.model_copy(update={"bodies": own, "checks": type(plan.checks)()}))
     if statics:  # the moving bodies determine the solvers
         found |= {body.kind for body in plan.bodies.values()} | ({"fem"} if "fem" in words.lower() else set())
+        said = " ".join([words, *(f"{name} {body.what}" for name, body in own.items())]).lower()
+        found |= {BELT} if BELT_WORDS & set(re.findall(r"[a-z]+_velocity|[a-z]+", said)) else set()
         found |= {"pairs"} if re.search(r"\bpairs?\b", words) else set()  # friction of two bodies is set in the scene
     return found
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from text2sim.assets.mechanism import Mechanisms
+from text2sim.compiler.belts import carriers, check_belts, lower_belts
 from text2sim.compiler.contact_materials import Restitutions, contact_damping, resists_rolling, restitutions
 from text2sim.compiler.controls import ControlRows, lower_controls, lower_motions
 from text2sim.compiler.film import resolve_render
@@ -67,7 +68,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     mechanisms: Mechanisms = {}
     parts, problems = known_parts(loaded, mechanisms)
     counts, found = part_counts(loaded)
-    problems += [*found, *check_references(loaded, parts, counts)]
+    problems += [*found, *check_references(loaded, parts, counts), *check_belts(loaded)]
     _stop_at_errors(problems)
     placed, found = place_all(loaded, tree_extents, tree_standing, link_frames)
     problems += found
@@ -110,6 +111,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
         wrenches=tuple(rows.wrenches),
         welds=tuple(rows.welds),
         prescribed=tuple(lower_motions(placed)),
+        belts=lower_belts(placed),
         holds=tuple(rows.holds),
         pushes=tuple(rows.pushes),
         airflows=tuple(rows.airflows),
@@ -214,6 +216,7 @@ def _traits(
         wound=any(isinstance(point, Round) for body in bodies.values() for point in getattr(body, "along", None) or ()),
         slightest=min((smallest_share(tree) for tree in trees), default=1.0),
         fragments=any(isinstance(getattr(body, "repeat", None), Fragments) for body in bodies.values()),
+        carries=any(True for _ in carriers(placed)),
         slopes=has_slopes((copy for group in placed.values() for copy in group), gravity),
         grips=any(True for _ in grips(moving, lowering.trees, rows)),
     )

@@ -263,7 +263,14 @@ def _pairs(attach: Attach, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Co
     a, _ = select(attach.body, copies)
     if attach.to == WORLD and WORLD not in copies:
         # The engine only welds links to links: something that never moves stands for the world.
-        b = [next(copy for group in copies.values() for copy in group if isinstance(copy.model, Static))]
+        b = [
+            next(
+                copy
+                for group in copies.values()
+                for copy in group
+                if isinstance(copy.model, Static) and not copy.model.carries
+            )
+        ]
     else:
         b, _ = select(attach.to, copies)
     if len(b) == 1:

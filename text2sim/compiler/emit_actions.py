@@ -18,6 +18,7 @@ COPIED_ACTIONS = (
     "removals.py",
     "triggers.py",
     "bonds.py",
+    "belts.py",
 )
 """Modules that a program gets only if it needs them."""
 
@@ -28,7 +29,12 @@ def action_context(plan: Plan) -> dict[str, Any]:
     watched = [row.make for row in plan.watches]
     regions = [row.region for row in (*plan.holds, *plan.pushes)] + watched
     pushing = ["Push"] * bool(plan.pushes) + ["set_velocity"] * bool(soft_velocities)
-    acting = ["Actions", *["add_fields"] * bool(plan.fields), *["clear_the_way"] * bool(plan.prescribed)]
+    acting = [
+        "Actions",
+        *["BELTS"] * bool(plan.belts),
+        *["add_fields"] * bool(plan.fields),
+        *["clear_the_way"] * bool(plan.prescribed or plan.belts),
+    ]
     return {
         "velocities": [row for row in plan.velocities if row.entity not in plan.deformables],
         "soft_velocities": soft_velocities,
@@ -72,6 +78,7 @@ def copied_actions(plan: Plan) -> list[str]:
         "removals.py": bool(plan.removals),
         "triggers.py": bool(plan.watches),
         "bonds.py": bool(plan.bonds),
+        "belts.py": bool(plan.belts),
     }
     return [name for name in COPIED_ACTIONS if needed[name]]
 

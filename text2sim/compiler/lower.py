@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.mechanism import Mechanism, Mechanisms, load_mechanism
+from text2sim.compiler.belts import DRIVEN_ARMATURE, slider_of_belt
 from text2sim.compiler.files import Files
 from text2sim.compiler.looks import Rgba, colors_of, decoration_of, one_color, rgba_of
 from text2sim.compiler.memory import ObjectKey
@@ -37,11 +38,6 @@ if TYPE_CHECKING:
 
 NATIVE_MORPHS = {"box": "Box", "sphere": "Sphere", "cylinder": "Cylinder"}
 PLACEMENT_KEYS = ("pose", "place", "repeat")
-DRIVEN_ARMATURE = 1e4
-"""Armature [kg or kg m2] of a driven body's joints: contact cannot push it back.
-
-The solver's stopping criterion scales with the mean inertia of the scene: ten times as much here would make the
-contacts of all other bodies ten times less exact."""
 
 
 @dataclass
@@ -105,6 +101,10 @@ class Lowering:
             if self.soft is not None and self.soft.model == "sap":
                 options["collision"] = False  # the coupler has a floor of its own
             return self._native(copy, "Plane", options, model.material, model.look, volume=None)
+        if model.carries:
+            # Its weight must not accelerate it down a slope.
+            light = model.material.model_copy(update={"density": 1.0, "mass": None})
+            return self._solid(copy, light, model.look, joint=slider_of_belt(model))
         return self._solid(copy, model.material, model.look, joint=None)
 
     @entity.register

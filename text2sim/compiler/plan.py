@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import Any
 
 from text2sim.compiler import digests
+from text2sim.compiler.belts import Belt
 from text2sim.compiler.literal import Code
 from text2sim.compiler.settings import Settings
 from text2sim.compiler.shapes.rotation import Quaternion, Vec
@@ -350,6 +351,7 @@ class Plan:
     wrenches: tuple[Wrench, ...]
     welds: tuple[Weld, ...]
     prescribed: tuple[Prescribed, ...]
+    belts: tuple[Belt, ...]
     render: dict[str, Any]
     """Cameras, lights and cadence, resolved."""
     holds: tuple[Hold, ...]
@@ -393,8 +395,3 @@ class Plan:
     def deformables(self) -> dict[str, SoftRecord]:
         """Deformable bodies by copy, in order."""
         return {entity.name: entity.soft for entity in self.entities if entity.soft is not None}
-
-    @property
-    def driven(self) -> list[str]:
-        """Copies with prescribed motion."""
-        return [row.entity for row in self.prescribed]

@@ -56,6 +56,8 @@ class Traits:
     """Whether a body is cut into fragments."""
     slopes: bool = False
     """Whether something may rest on a slope, or lean."""
+    carries: bool = False
+    """Whether the surface of a static moves."""
     grips: bool = False
     """Whether motors close parts of mechanisms on each other, with a free body in the scene."""
     tautest: float = 0.0
@@ -235,6 +237,9 @@ def _cone(scene: Scene, solver: str, traits: Traits, soft: SoftSettings | None, 
             if traits.rolls
             else "what rests on a slope or leans creeps with the pyramidal one"
         )
+        return "elliptic"
+    if sound and single and traits.carries:
+        why["friction_cone"] = "the pyramidal one throws up what a moving surface carries off"
         return "elliptic"
     if sound and solver == "newton" and traits.grips and not (traits.chains or traits.loops):
         why["friction_cone"] = "what motors grip creeps out of the grip with the pyramidal one"

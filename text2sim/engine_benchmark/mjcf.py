@@ -11,6 +11,7 @@ from text2sim.engine_benchmark.mujoco_door import mujoco
 
 NOT_YET = {
     "prescribed": "driven bodies",
+    "belts": "statics whose surfaces move",
     "welds": "welds that begin or end during the simulation",
     "removals": "bodies that are removed",
     "fields": "fields",

@@ -58,6 +58,7 @@ def energy_account(recording: RecordedCase) -> dict[str, Any]:
     loose = {target.copy for target in names.loose}
     not_counted = [f"work of the control `{name}`" for name in pushes]
     not_counted += [f"work of the driven body `{name}`" for name in names.driven]
+    not_counted += [f"work of the moving surface of `{name}`" for name in _belts(recording)]
     if any(not link.fixed and link.mass <= 0 for link in states.links if link.body in loose):
         not_counted.append("links without mass")
     soft = dict.fromkeys(body_of(t.copy) for t in names.loose if t.soft is not None)
@@ -82,6 +83,7 @@ def energy_from_nowhere(recording: RecordedCase) -> list[str]:
     if (
         not all(body.passive for body in bodies)
         or not all(isinstance(c, InitialVelocity) for c in controls)
+        or _belts(recording)
         or states.frames < 2
     ):
         return []
@@ -103,6 +105,11 @@ def energy_from_nowhere(recording: RecordedCase) -> list[str]:
         f"energy grows by {100 * gain / scale:.2g} % in a scene that nothing drives, at {states.time[at]:.3g} s: the "
         "solver added it; use more substeps"
     ]
+
+
+def _belts(recording: RecordedCase) -> list[str]:
+    """Return the names of the statics whose surfaces move."""
+    return [name for name, static in recording.case.scene.statics.items() if static.carries]
 
 
 def energy_series(recording: RecordedCase) -> dict[str, Array]:

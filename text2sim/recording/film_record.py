@@ -67,6 +67,8 @@ class WornMesh:
     """In the link's frame [m]."""
     quat: tuple[float, ...]
     look: SurfaceLook
+    surface_velocity: tuple[float, ...] | None = None
+    """In the link's frame [m/s]; None if its surface does not move over it."""
 
 
 @dataclass(frozen=True)
@@ -132,11 +134,12 @@ def read_recording(folder: Path, plan: "Plan | None" = None) -> FilmRecord:
         parts = []
         for link, pieces in index.items():
             row = rows[int(link)]
+            velocity = tuple(row["surface_velocity"]) if "surface_velocity" in row else None
             worn = _looks_of_pieces(looks.get(row["body"]), row["link"], len(pieces))
             parts += [
                 WornMesh(
                     row["body"], int(link), folder / "geometry" / piece["mesh"], tuple(piece["pos"]),
-                    tuple(piece["quat"]), _look(folder, look, piece),
+                    tuple(piece["quat"]), _look(folder, look, piece), velocity,
                 )
                 for piece, look in zip(pieces, worn, strict=True)
             ]  # fmt: skip

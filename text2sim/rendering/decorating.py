@@ -6,6 +6,8 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from text2sim.rendering.dots import dot_picture, dotted
 from text2sim.rendering.meshes import RenderMesh
@@ -119,6 +121,28 @@ def run_on(mesh: RenderMesh, away: Array, turn: Array, *, turned: bool) -> Rende
     shift = along[np.abs(along).argmax()]
     assert mesh.uvs is not None
     return replace(mesh, uvs=mesh.uvs + ((shift, 0.0) if turned else (0.0, shift)))
+
+
+def drift(mesh: RenderMesh, velocity: Array) -> Array:
+    """Return how fast texture coordinates change, shape (n, 2) [m/s], if what they show moves along the surface.
+
+    On each sheet of an unfolded body they are affine in the position, p -> A p + b: what comes to p in the time t was
+    at p - v t, so that they change by -A v.
+
+    Args:
+        mesh: Mesh with texture coordinates [m], whose sheets share no vertices.
+        velocity: Velocity of the surface [m/s], in the mesh's frame, shape (3,).
+    """
+    assert mesh.uvs is not None
+    n, (a, b, c) = len(mesh.vertices), mesh.faces.T
+    edges = coo_array((np.ones(2 * len(a)), (np.concatenate([a, b]), np.concatenate([b, c]))), shape=(n, n))
+    rates, (count, sheet) = np.zeros((n, 2)), connected_components(edges, directed=False)
+    for number in range(count):
+        own = sheet == number
+        points, uvs = mesh.vertices[own], mesh.uvs[own]
+        slopes = np.linalg.lstsq(points - points.mean(axis=0), uvs - uvs.mean(axis=0), rcond=1e-6)[0]
+        rates[own] = -velocity @ slopes
+    return rates
 
 
 def _square(turn: Array) -> Array:

@@ -39,6 +39,8 @@ class Digests:
         self._cameras = Cameras(recording.film, recording.states)
         # The name of a mesh is a digest of its content, see `templates/files.py`.
         parts = [(p.body, p.link, p.mesh.name, p.pos, p.quat, *_look_key(p.look)) for p in recording.parts]
+        parts += [(p.body, p.surface_velocity) for p in recording.parts if p.surface_velocity]
+        self._flows = any(p.surface_velocity for p in recording.parts)
         soft = [
             (p.body, p.row, _content(p.geometry), *_look_key(p.look), _content(p.regions), *map(_look_key, p.parts))
             for p in recording.soft
@@ -62,7 +64,7 @@ class Digests:
         behind = [] if reference is None else [(reference.t, reference.part)]
         for t, part in [*frame.moments(self._quality.blur), *behind]:
             view = self._cameras.view(frame.camera, t, part)
-            arrays: list[Any] = [*states.poses(t), *view]
+            arrays: list[Any] = [*states.poses(t), *view, *([np.array(t)] if self._flows else [])]
             if states.soft is not None:
                 arrays += [states.soft.at(name, states.around(t)) for name in ("soft_points", "soft_surface")]
             for array in arrays:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from text2sim.assets.surface import scaled_normals
 from text2sim.compiler.shapes.rotation import quats_to_matrices
 from text2sim.recording.film_record import Cut, WornMesh
-from text2sim.rendering.decorating import Layer, decorated, run_on, shifted, toned
+from text2sim.rendering.decorating import Layer, decorated, drift, run_on, shifted, toned
 from text2sim.rendering.finishes import EDGE_TINT, SCATTERED, drawn_finish, finish_of, material, needs_uvs
 from text2sim.rendering.meshes import RenderMesh, boxed_uvs, read_mesh
 from text2sim.rendering.shapes import filtering, mesh_shape, shaded
@@ -82,24 +82,28 @@ class Batch:
         if self.filters:
             colors = [(color, filtering(color, shared.opacity)) for color, _ in colors]
         self._colors, self._shades = (np.repeat([row[i] for row in colors], sizes, axis=0) for i in (0, 1))
+        rates = [_pattern_rates(mesh, part, shared.layer) for mesh, part in zip(meshes, parts, strict=True)]
+        self._rates = np.concatenate(rates) if self._uvs is not None and any(rate.any() for rate in rates) else None
         self._made: Any = None
         self._parts, self._kind = parts, finish_of(shared.finish).kind
 
-    def shape(self, pos: Array, quat: Array, bsdf: Any = None) -> Any:
+    def shape(self, pos: Array, quat: Array, t: float, bsdf: Any = None) -> Any:
         """Return the mesh for given poses of the links.
 
         Args:
             pos: Positions [m], shape (L, 3).
             quat: Unit quaternions (w, x, y, z), shape (L, 4).
+            t: Simulated time [s], which says how far patterns have moved along.
             bsdf: Material instead of its own.
         """
         if self._made is None or self.moves or bsdf is not None:
             turn = quats_to_matrices(quat)[self._links]
             vertices = np.einsum("nij,nj->ni", turn, self._vertices) + pos[self._links]
             normals = np.einsum("nij,nj->ni", turn, self._normals)
+            uvs = self._uvs if self._uvs is None or self._rates is None else self._uvs + t * self._rates
             shape = mesh_shape(
                 self.name, bsdf or self._bsdf, vertices, self._faces, normals,
-                colors=self._colors, shades=self._shades, uvs=self._uvs,
+                colors=self._colors, shades=self._shades, uvs=uvs,
             )  # fmt: skip
             if bsdf is not None:
                 return shape
@@ -162,7 +166,8 @@ def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float
         # A texture without texture coordinates is not visible.
         picture = look.picture if mesh.uvs is not None and layer is None else None
         opacity = 1.0 if finish_of(look.finish).kind != "solid" else look.opacity
-        moves, has_uvs = part.body not in statics, mesh.uvs is not None
+        moves = part.body not in statics or (layer is not None and part.surface_velocity is not None)
+        has_uvs = mesh.uvs is not None
         shared = BatchMaterial(finish, opacity, picture, moves, has_uvs, layer, texture_scale)
         sorted_parts.setdefault(shared, []).append((part, mesh))
         rimmed = look.opacity >= MIN_RIM_OPACITY and finish_of(finish).kind == "clear"
@@ -200,6 +205,20 @@ def _decorated(
         if in_strand and number:
             mesh = run_on(mesh, 2 * number * np.array(part.pos), turn, turned=look.decoration.turned)
     return mesh, layer
+
+
+def _pattern_rates(mesh: RenderMesh, part: WornMesh, layer: Layer | None) -> Array:
+    """Return how fast the texture coordinates of a mesh change, shape (n, 2): a repeating pattern moves with a surface.
+
+    Args:
+        mesh: The mesh, in its own frame.
+        part: The part that it is drawn for.
+        layer: The pattern.
+    """
+    if part.surface_velocity is None or layer is None or layer.unit is None:
+        return np.zeros((len(mesh.vertices), 2))
+    turn = quats_to_matrices(np.array([part.quat]))[0]
+    return drift(mesh, np.asarray(part.surface_velocity) @ turn)
 
 
 def narrow_sides(mesh: RenderMesh) -> RenderMesh | None:

@@ -136,7 +136,7 @@ class FilmStage:
         """Return the scene at simulated time `t` [s], with the reflections of clear bodies if `gloss`."""
         pos, quat = self.recording.states.poses(t)
         around = self.recording.states.around(t)
-        shapes: dict[str, Any] = {batch.name: batch.shape(pos, quat) for batch in self._rigid if not batch.is_clear}
+        shapes: dict[str, Any] = {batch.name: batch.shape(pos, quat, t) for batch in self._rigid if not batch.is_clear}
         rods = None if self._rods is None else self._rods.placed(pos, quat)
         if rods is not None:
             shapes["rods"] = _painted("rods", rods, _post_colors(rods))(self._post)
@@ -158,9 +158,9 @@ class FilmStage:
             return FilmMoment(solid, liquids=liquids, room=None if liquids is None else self._room)
         # A black mirror instead of black paint: a mirror sends no rays to the lamps.
         black = mi.load_dict({"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}})
-        colored = {batch.name: batch.shape(pos, quat) for batch in clear if batch.filters}
-        shapes = {batch.name: batch.shape(pos, quat) for batch in clear}
-        shapes |= {batch.name: batch.shape(pos, quat, black) for batch in self._rigid if not batch.is_clear}
+        colored = {batch.name: batch.shape(pos, quat, t) for batch in clear if batch.filters}
+        shapes = {batch.name: batch.shape(pos, quat, t) for batch in clear}
+        shapes |= {batch.name: batch.shape(pos, quat, t, black) for batch in self._rigid if not batch.is_clear}
         shapes |= {liquid.name: make(black) for liquid, make in flowing}
         if rods is not None:
             shapes["rods"] = _painted("rods", rods, _post_colors(rods))(black)

@@ -120,6 +120,7 @@ class Recorder:
         self._motor_forces = []  # of the substeps of this step
         self._flushed = time.monotonic()
         self.gone, self.bonds = {}, None  # time of removal [s] by copy; what tells of the bonds
+        self.belts = {}  # velocity of the surface [m/s] of what never moves itself, in its frame, by copy
         links, dofs = self._solver.dyn_state.links, self._solver.dyn_state.dofs
         # The clipped force of the last substep; `get_dofs_control_force` would give that of the next one.
         self._motor_force = _reader(dofs.qf_applied)
@@ -152,6 +153,9 @@ class Recorder:
         run = {"dt": self._dt, "every": self._every, "duration": self._duration, "n_frames": expected}
         layout = run | _layout(self._scene, self._bodies, self._link_bodies, self._offsets)
         layout["parts"] = self._contacts.parts
+        for row in layout["links"]:
+            if row["body"] in self.belts:
+                row |= {"fixed": True, "surface_velocity": self.belts[row["body"]]}
         _write_geometry(self._solver, self._offsets, self._out / "geometry")
         from solids import write_solids  # it imports this module
 

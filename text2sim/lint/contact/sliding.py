@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from text2sim.compiler.belts import carries
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import StartVelocity
 from text2sim.compiler.shapes.boxes import apart
@@ -91,7 +92,7 @@ def _slide(facts: Facts, row: StartVelocity) -> _Slide | None:
 def _moves_by_itself(facts: Facts, support: Copy) -> bool:
     """Return whether a support moves by itself, so that what moves with it does not slide, as a load on a cart."""
     moving = {drive.entity for drive in facts.rows.drives} | facts.lowering.joint_velocities.keys()
-    return isinstance(support.model, Driven) or support.name in moving
+    return isinstance(support.model, Driven) or carries(support.model) or support.name in moving
 
 
 def friction_between(facts: Facts, one: Copy, other: Copy) -> float:

@@ -6,7 +6,7 @@ three times). A body hit by it gets at most twice that speed (a heavy body again
 fall: so nothing moves farther in the time t than  2 v t + g t^2.
 
 If everything is at rest at the start (`initial_rest`), the time counts from the first cause. Nothing is known after the
-first cause of unknown strength (a drive, a driven body, a spring, a bounce).
+first cause of unknown strength (a drive, a driven body, a moving surface, a spring, a bounce).
 """
 
 from collections.abc import Iterator
@@ -136,7 +136,7 @@ class Causes:
                 yield Cause(row.start, row.control, row.start, gain)
 
     def _other_causes(self) -> Iterator[Cause]:
-        """Yield the drives, driven bodies, releases and removals."""
+        """Yield the drives, driven bodies, moving surfaces, releases and removals."""
         facts = self.facts
         for (entity, name), spans in spans_of(facts).items():
             joint = facts.once(Mechanics).joint(facts.copies[entity], name)
@@ -148,6 +148,8 @@ class Causes:
             if isinstance(model, Driven):
                 for copy in facts.placed[body]:
                     yield Cause(sets_out(copy.model.motion), body)
+        for belt in facts.plan.belts:
+            yield Cause(0.0, facts.copies[belt.entity].body)
         for weld in facts.rows.welds:
             if not weld.on:
                 yield Cause(weld.at, weld.control, weld.at, 0.0)

@@ -41,6 +41,8 @@ def all_still(facts: Facts) -> bool:
     bodies = [copy for name in case.bodies for copy in facts.placed[name]]
     if x or y or z > 0 or len(bodies) > MAX_BODIES or any(is_soft(body) for body in case.bodies.values()):
         return False
+    if facts.plan.belts:
+        return False
     loose = []
     for copy in bodies:
         mount = facts.mount(copy)

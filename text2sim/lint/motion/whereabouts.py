@@ -2,6 +2,7 @@
 
 import math
 
+from text2sim.compiler.belts import carriers, world_velocity
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.prescribed import displacement, displacements
 from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, apart, around, grown, swept
@@ -73,10 +74,12 @@ class Whereabouts:
         return (low[0], low[1], max(low[2], floor)), high
 
     def _displacement_box(self, copy: Copy) -> Bounds:
-        """Return the box [m] of displacements by start velocity, gravity and forces."""
+        """Return the box [m] of displacements by start velocity, gravity, forces and moving surfaces."""
         t, pull = self.facts.case.scene.duration, self.facts.case.scene.gravity
         thrown = _scaled(self.facts.velocities.get(copy.name, (0.0, 0.0, 0.0)), t)
         total = swept(self._pushed(copy), around([(0.0, 0.0, 0.0), thrown]))
+        for carrier in carriers(self.facts.placed):
+            total = swept(total, around([(0.0, 0.0, 0.0), _scaled(world_velocity(carrier), t)]))
         return swept(total, around([(0.0, 0.0, 0.0), _scaled(pull, t * t / 2)]))
 
     def _pushed(self, copy: Copy) -> Bounds:

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator
 
 from text2sim.spec_schema.models.base import Bool, Bounds, Integer, Model, Name, Pose, Positive, Real, Selector, Vec3
 from text2sim.spec_schema.models.materials import Look, Material
@@ -80,6 +80,10 @@ class Static(Model):
     """Its shape."""
     material: Material = Material.model_construct()
     """Friction and restitution; its mass does not matter."""
+    surface_velocity: Vec3 | None = None
+    """Velocity [m/s] of the surface of a `box` in its own frame, as of a conveyor belt: the box stays in its place,
+    and its friction carries what lies on it. At least one component is 0; the ends push at this speed. In path-traced
+    films a repeating pattern moves along."""
     pose: Pose | None = None
     """Its pose; by default the origin."""
     place: Place | None = None
@@ -88,6 +92,22 @@ class Static(Model):
     """A pattern of copies."""
     look: Look = Look.model_construct()
     """Colour and surface."""
+
+    @field_validator("surface_velocity")
+    @classmethod
+    def _along_faces(cls, value: Vec3 | None, info: ValidationInfo) -> Vec3 | None:
+        kind = getattr(info.data.get("shape"), "kind", "box")
+        if value is not None and kind != "box":
+            roller = "; a roller is a `driven` body with the motion `spin`" if kind in ("cylinder", "capsule") else ""
+            raise ValueError(f"only the surface of a `box` can move, and this is a `{kind}`{roller}")
+        if value is not None and all(value):
+            raise ValueError("a surface moves along the faces of its box: at least one component is 0")
+        return value
+
+    @property
+    def carries(self) -> bool:
+        """Whether its surface moves."""
+        return any(self.surface_velocity or ())
 
 
 class Scene(Model):

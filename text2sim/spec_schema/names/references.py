@@ -11,6 +11,7 @@ from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.models.place_rules import contradictions
 from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.soft_bodies import Round
+from text2sim.spec_schema.names.belt_references import check_belts
 from text2sim.spec_schema.names.bond_references import check_bonds
 from text2sim.spec_schema.names.control_references import check_controls
 from text2sim.spec_schema.names.event_references import check_events, check_tested_measure
@@ -59,6 +60,7 @@ def check_references(
     check_expectations(table)
     check_removals(table)
     check_bonds(table)
+    check_belts(table)
     check_film(table)
     return sort_problems(table.problems)
 

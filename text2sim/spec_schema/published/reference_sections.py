@@ -62,7 +62,9 @@ class ReferenceSection:
 SECTIONS = (
     ReferenceSection("The case", 2, (Case,)),
     ReferenceSection("`scene`: the stage", 2, (scene.Scene,)),
-    ReferenceSection("Statics", 3, (scene.Static,), "By name in `scene.statics`. Only a static can be a `plane`."),
+    ReferenceSection(
+        "Statics", 3, (scene.Static,), "By name in `scene.statics`. Only a static can be a `plane`.", "statics"
+    ),
     ReferenceSection(
         "Settings of the scene",
         3,
