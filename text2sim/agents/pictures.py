@@ -261,8 +261,8 @@ def _left_out(run: Path) -> str:
     rows = [f"{words} of `{name}`" for name, words in unshown.items() if words][:MAX_NAMED_LOOKS]
     some = f", so also {'; '.join(rows)}" if rows else ""
     return (
-        "The frames are of the preview, which leaves out shadows, the place around, finishes, patterns and labels"
-        f"{some}: judge such looks by the case."
+        "The frames are of the preview, which leaves out shadows, the place around, finishes, patterns, labels and how "
+        f"clear a liquid is{some}: judge such looks by the case."
     )
 
 

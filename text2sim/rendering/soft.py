@@ -28,7 +28,7 @@ Around = tuple[int, int, float]
 
 TORN = "rubber"
 """Finish of torn faces."""
-DEPTHS = 2.0
+DEPTHS = 1.0
 """Length of the way [edges of a cube of its volume] on which light takes on the colour of a clear liquid."""
 
 

@@ -46,8 +46,6 @@ BRIGHTEST = 24.0
 SHEEN, GLARE = 0.25, 0.3
 """Radiance of reflections of clear glass, relative to a white sheet, above which they are dimmed, and the fraction of
 the excess that remains: otherwise lamps in a glass tube hide its contents behind bars as white as paper."""
-GLINT = 12.0
-"""Largest radiance that liquids mirror, relative to a white sheet: lamps in ripples would be noise."""
 RIM = 3
 """Pixels around visible surfaces that are filled like them before denoising."""
 
@@ -129,7 +127,7 @@ def trace(
         seed, seen, guiding_by = SEED + 7919 * k, integrator, guide
         if moment.liquids is not None:
             mirror = mi.load_dict(path | {"hide_emitters": False})
-            seen = through_liquids(moment.liquids, integrator, mirror, moment.room, GLINT / gain)
+            seen = through_liquids(moment.liquids, integrator, mirror, moment.room, 1 / gain)
             guiding_by = through_liquids(moment.liquids, guide)
         with _timed(seconds, "trace"):
             rendered = render(moment.solid, sensor, seen, samples, seed, wanted)

@@ -3,7 +3,8 @@
 A path tracer finds no lamp through a refracting surface, so a tub of refracting water would be black and full of noise.
 Here only the way from the camera to the first solid surface is refracted. From there on paths do not see the liquid: it
 casts no shadow and no caustics, and has as little noise as the scene without it. What its surface reflects is traced
-by a second path.
+by a second path. Coloured liquids scatter a little light of their own colour, as if lit like a white sheet: water that
+only absorbed light would be black before dark surroundings, and it looks blue there.
 """
 
 from functools import cache
@@ -23,6 +24,10 @@ DARKEST = 0.01
 """Smallest fraction of the light that passes where a liquid has its colour."""
 EVENTS = 10
 """Largest number of surfaces of liquids on the way of a ray."""
+GLINT = 12.0
+"""Largest radiance that liquids mirror, relative to a white sheet: lamps in ripples would be noise."""
+VEIL = 0.3
+"""Radiance of the light that a coloured liquid scatters, relative to a white sheet, where it is deep."""
 COVER = "cover"
 """Channel of a picture with its coverage: that of Mitsuba knows only hits and misses."""
 
@@ -116,7 +121,7 @@ def way(scene: Any, sampler: Any, ray: Any, active: Any) -> Way:
     return Way(*found)
 
 
-def through_liquids(surfaces: Any, inner: Any, mirror: Any = None, room: Any = None, limit: float = np.inf) -> Any:
+def through_liquids(surfaces: Any, inner: Any, mirror: Any = None, room: Any = None, white: float = 1.0) -> Any:
     """Return an integrator for the scene without its liquids, as seen through these.
 
     Args:
@@ -124,10 +129,10 @@ def through_liquids(surfaces: Any, inner: Any, mirror: Any = None, room: Any = N
         inner: Integrator of the scene without liquids.
         mirror: Integrator of what liquids reflect; None for the guides of the denoiser.
         room: Environment that they reflect where there is nothing.
-        limit: Largest radiance that they reflect.
+        white: Radiance of a lit white sheet.
     """
     made = _kinds()[mirror is not None](mitsuba().Properties())
-    made.surfaces, made.inner, made.mirror, made.room, made.limit = surfaces, inner, mirror, room, limit
+    made.surfaces, made.inner, made.mirror, made.room, made.white = surfaces, inner, mirror, room, white
     return made
 
 
@@ -164,7 +169,7 @@ def _kinds() -> tuple[Any, Any]:
         inner: Any
         mirror: Any
         room: Any
-        limit: float
+        white: float
 
         def sample(self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True) -> Any:
             """Return colour, validity and channels along camera rays."""
@@ -177,9 +182,13 @@ def _kinds() -> tuple[Any, Any]:
             miss = dr.zeros(mi.SurfaceInteraction3f)
             miss.wi = -found.mirrored.d
             shown = dr.select(nothing, dr.maximum(shown, self.room.eval(miss, nothing)), shown)
-            glint = dr.select(shiny, found.reflected * dr.minimum(shown, self.limit), 0.0)
+            glint = dr.select(shiny, found.reflected * dr.minimum(shown, GLINT * self.white), 0.0)
+            hue = found.passed / dr.maximum(dr.max(found.passed), 1e-6)
+            veil = VEIL * (1 - dr.min(hue))
+            # Half of the scattered light comes from less deep, where it has lost less of its colour.
+            scattered = veil * self.white * dr.sqrt(hue)
             cover = dr.select(valid, 1.0, dr.maximum(1 - dr.mean(found.passed), dr.minimum(dr.mean(glint), 1.0)))
-            return found.passed * light + glint, valid, [cover]
+            return (1 - veil) * found.passed * light + scattered + glint, valid, [cover]
 
         def aov_names(self) -> list[str]:
             """Return the names of the channels."""
