@@ -128,10 +128,9 @@ class JointDrive:
 
 @dataclass(frozen=True)
 class LaterDrive:
-    """What a joint follows from an event on, or from a time on where events may come between."""
+    """What a joint follows `when` an event happens, or from a time [s] on where events may come between."""
 
     when: str | float
-    """Name of the event, or time [s]."""
     mode: str
     target: Code
     """Function of the target before it, which returns a function of time, or of the time since the event."""
@@ -171,7 +170,8 @@ class Weld:
     event: str | None = None
     """The event whose first time undoes it, instead of `at`; None if there is none."""
     pivot: Vec | None = None
-    """Point [m] in the frame of the first link about which the links turn freely; None for a rigid weld."""
+    stiff: bool = False
+    """Point [m] in the frame of the first link about which the links turn freely; if None, whether it is very stiff."""
 
 
 @dataclass(frozen=True)
