@@ -133,7 +133,7 @@ def _check_initial_velocity(table: NameTable, where: Path, control: InitialVeloc
         return
     if isinstance(member.model, Placed) and member.model.startable:
         return
-    who_can = "only a free rigid body, a ragdoll, a loose rope or a deformable body can start with a velocity"
+    who_can = "only a free rigid body, a ragdoll, a loose rope or beam, or a deformable body can start with a velocity"
     message = f"`{member.name}` cannot: {who_can}" if member.dynamic else f"{member.why_not_dynamic}; {who_can}"
     table.report((*where, "body"), message, "not-free")
 
