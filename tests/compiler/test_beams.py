@@ -81,9 +81,11 @@ def test_damping_makes_substeps_independent_of_the_number_of_links() -> None:
 def test_it_weighs_what_a_box_does_and_the_clamp_touches_nothing() -> None:
     links = beam_tree(beam(), None).links()
     assert sum(link.inertial.mass for link in links) == pytest.approx(DENSITY * 0.3 * 0.03 * 0.005)
+    assert sum(geom.density * geom.piece.volume() for link in links for geom in link.geoms) == pytest.approx(0.0495)
     assert [link.name for link in links] == [f"link_{k}" for k in range(10)]
     (touched,) = (geom.piece for geom in links[0].geoms if geom.touches)
     assert touched.pos[0] - touched.size[0] / 2 == pytest.approx(0.0025)
+    assert links[1].geoms[0].piece.size[0] == pytest.approx(0.03 + 2 * 0.14 * 0.005), "no gap is open where it bends"
     assert {joint.axis for _, joint in beam_tree(beam(), None).joints()} == {(0.0, 1.0, 0.0)}
     assert beam_tree(beam(anchored=False), None).links()[0].joint.kind == "free"
 

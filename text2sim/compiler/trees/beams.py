@@ -1,15 +1,19 @@
 """Trees for beams: straight elastic strips."""
 
 import math
+from dataclasses import replace
 
+from text2sim.compiler.shapes.inertials import piece_inertial
 from text2sim.compiler.shapes.piece import Piece
-from text2sim.compiler.shapes.rotation import IDENTITY, ORIGIN, Y_AXIS, Z_AXIS, quat_between
+from text2sim.compiler.shapes.rotation import IDENTITY, ORIGIN, Y_AXIS
 from text2sim.compiler.trees.generators import Rgba, density_of
 from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink
 from text2sim.spec_schema.models.soft_bodies import Beam
 
 FIRST_ROOT = 1.8751040687
 """First root of cos x cosh x = -1, the equation of a beam that is clamped at one end and free at the other."""
+OVERLAP = 0.14
+"""How far a box extends beyond a joint, over its thickness: tan(b / 2) / 2 fills the wedge of a bend b, here 31 deg."""
 
 
 def beam_tree(beam: Beam, rgba: Rgba) -> Tree:
@@ -29,6 +33,8 @@ def beam_tree(beam: Beam, rgba: Rgba) -> Tree:
     """
     spring = _spring(beam) * (1 + 1 / (2 * beam.segments**2) if beam.anchored else 1.0)
     slope = 2 * beam.damping_ratio / first_frequency(beam)
+    density = density_of(beam.material, math.prod(beam.size))
+    inertia = piece_inertial(_box(beam, 0.0, _link_length(beam)), density)
     link: TreeLink | None = None
     for index in reversed(range(beam.segments)):
         first = index == 0
@@ -38,33 +44,34 @@ def beam_tree(beam: Beam, rgba: Rgba) -> Tree:
             f"link_{index}",
             pos=ORIGIN if first else (_link_length(beam), 0.0, 0.0),
             joint=TreeJoint("free") if first and not beam.anchored else joint,
-            geoms=_geoms(beam, rgba, first=first),
+            geoms=_geoms(beam, rgba, index),
+            inertia=inertia,
             children=() if link is None else (link,),
         )
     assert link is not None
     return Tree((link,))
 
 
-def _geoms(beam: Beam, rgba: Rgba, *, first: bool) -> tuple[TreeGeom, ...]:
-    """Return the box of a link, and the cylinder that fills the wedge between it and the link before when they bend.
+def _geoms(beam: Beam, rgba: Rgba, index: int) -> tuple[TreeGeom, ...]:
+    """Return the boxes of a link, which overlap those of its neighbours, so that no wedge is open between them.
 
     A clamp may stand flush with what holds it. The edges of a box that turns about the clamp would press on that, and
     stiffen the beam: the box that touches begins half a thickness farther on.
     """
-    (_, width, thickness), length = beam.size, _link_length(beam)
-    density, friction = density_of(beam.material, math.prod(beam.size)), beam.material.friction
-    box = Piece("box", (length / 2, 0.0, 0.0), IDENTITY, (length, width, thickness))
-    if not first:
-        filler = Piece("cylinder", ORIGIN, quat_between(Z_AXIS, Y_AXIS), (thickness / 2, width))
-        return TreeGeom(box, density, friction, rgba), TreeGeom(filler, 0.0, friction, rgba, touches=False)
-    if not beam.anchored:
-        return (TreeGeom(box, density, friction, rgba),)
-    short = length - thickness / 2
-    touched = Piece("box", (length - short / 2, 0.0, 0.0), IDENTITY, (short, width, thickness))
-    return (
-        TreeGeom(box, density, friction, rgba, touches=False),
-        TreeGeom(touched, 0.0, friction, rgba, drawn=False),
-    )
+    overlap = OVERLAP * beam.size[2]
+    start = -overlap if index else 0.0
+    end = _link_length(beam) + (overlap if index < beam.segments - 1 else 0.0)
+    density = density_of(beam.material, math.prod(beam.size)) * _link_length(beam) / (end - start)
+    geom = TreeGeom(_box(beam, start, end), density, beam.material.friction, rgba)
+    if index or not beam.anchored:
+        return (geom,)
+    touched = replace(geom, piece=_box(beam, beam.size[2] / 2, end), density=0.0, drawn=False)
+    return replace(geom, touches=False), touched
+
+
+def _box(beam: Beam, start: float, end: float) -> Piece:
+    """Return the box of a link from one distance [m] to another along it."""
+    return Piece("box", ((start + end) / 2, 0.0, 0.0), IDENTITY, (end - start, *beam.size[1:]))
 
 
 def _link_length(beam: Beam) -> float:
