@@ -158,7 +158,9 @@ class Lowering:
     def _beam(self, model: Beam, copy: Copy) -> EntityPlan:
         tree = beam_tree(model, rgba_of(model.look, copy))
         self._take_in_thickness(tree.geoms())
-        return self._model(copy, tree)
+        entity = self._model(copy, tree)
+        # Smoothed over their edges, boxes in a row look like scales.
+        return replace(entity, surface=entity.surface and replace(entity.surface, flat=True))
 
     @entity.register
     def _net(self, model: Net, copy: Copy) -> EntityPlan:

@@ -21,7 +21,8 @@ class Surface:
     picture: str | None = None
     """Path in the program's folder of a picture that takes the place of the colour."""
     mode: str | None = None
-    """How the engine is to draw it, where its default would be slow; None for the default."""
+    flat: bool = False
+    """How the engine is to draw it, where its default would be slow; None for the default. Whether with sharp edges."""
     decoration: dict[str, Any] = field(default_factory=dict)
     """Pattern, label, and whether copies are alike, for what draws them; empty without any."""
     regions: str | None = None
@@ -105,11 +106,10 @@ class StartVelocity:
 
 @dataclass(frozen=True)
 class DriveSegment:
-    """What a joint follows from a time on."""
+    """What a joint follows from a time on; its mode is position, velocity or force."""
 
     start: float
     mode: str
-    """position, velocity or force."""
     target: Code
     """Constructor of a function of time."""
     line: int
