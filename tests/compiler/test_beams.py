@@ -118,4 +118,6 @@ def test_only_a_weld_that_holds_a_beam_is_stiff(tmp_path: Path, more: str, stiff
     (tmp_path / "case.yaml").write_text(CASE.format(more=more))
     plan = resolve_case(load_case(tmp_path)).plan
     assert [weld.stiff for weld in plan.welds] == [False, stiff]
-    assert (b"SLACK" in emit(plan)["actions.py"]) == stiff
+    program = emit(plan)
+    assert (b"SLACK" in program["actions.py"]) == stiff
+    assert program["bodies.py"].count(b"smooth=False") == 1, "with smoothed edges its links look like scales"
