@@ -40,6 +40,14 @@ def test_the_planner_reads_how_parts_of_a_cloth_are_measured_and_what_expectatio
     assert len(text) < 5_700, "every plan costs this text: shorten the docstrings of measures, or raise it on purpose"
 
 
+def test_everyday_words_for_a_strip_lead_to_beams() -> None:
+    line = next(row for row in language.vocabulary().split("\n") if row.startswith("- `beam`"))
+    for word in ("strip", "slat", "springboard", "ruler", "leaf spring", "reed", "catapult"):
+        assert word in line, "the Planner chooses by this line"
+    assert "- `youngs_modulus`* (> 0)" in language.named_reference("bodies", "make the springboard stiffer")
+    assert "beam" not in kinds_in({"strip", "spring", "board"})
+
+
 def test_where_the_sun_of_a_lighting_stands_is_said_as_it_is() -> None:
     page = language.reference_pages("render", {"still"})
     for name, words in (

@@ -50,7 +50,7 @@ repeat = st.sampled_from([None, None, {"kind": "line", "count": 3, "step": [0.1,
 @st.composite
 def body(draw: st.DrawFn) -> dict[str, Any]:
     pose = {"pos": draw(vec), "euler_deg": draw(turn)}
-    kind = draw(st.sampled_from(["rigid", "rigid", "rigid", "driven", "ragdoll", "chain"]))
+    kind = draw(st.sampled_from(["rigid", "rigid", "rigid", "driven", "ragdoll", "chain", "beam"]))
     found: dict[str, Any] = {"kind": kind, "pose": pose}
     if kind == "rigid":
         found |= {"shape": draw(shape), "mount": draw(mount), "repeat": draw(repeat)}
@@ -59,6 +59,13 @@ def body(draw: st.DrawFn) -> dict[str, Any]:
         found |= {"shape": draw(shape), "motion": draw(motion)}
     elif kind == "ragdoll":
         found["height"] = draw(size) + 0.1
+    elif kind == "beam":
+        found |= {"size": [draw(size) + 0.1, 0.05, 0.02], "youngs_modulus": draw(st.sampled_from([1e-3, 1e7, 1e12]))}
+        found |= {
+            "anchored": draw(st.booleans()),
+            "damping_ratio": draw(st.sampled_from([0, 0.02, 1])),
+            "repeat": draw(repeat),
+        }
     else:
         found |= {"links": 4, "link_length": 0.1, "radius": 0.01}
     return {key: value for key, value in found.items() if value is not None}

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from functools import cache
 
+from text2sim.agents.page_selection import BODY_WORDS
 from text2sim.spec_schema.published.language_reference import section_kinds
 from text2sim.spec_schema.published.reference_sections import SECTIONS
 
@@ -31,6 +32,7 @@ def _forms() -> dict[str, set[str]]:
         found = {kind, *(kind + end for end in ("s", "ed", "ing"))}
         if kind.endswith("e"):
             found |= {kind + "d", kind + "n", kind[:-1] + "ing"}
+        found |= {word + end for word in BODY_WORDS.get(kind, ()) for end in ("", "s")}
         for form in found:
             forms.setdefault(form, set()).add(kind)
     return forms

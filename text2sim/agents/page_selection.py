@@ -48,6 +48,8 @@ KINDS_BY_PAGE: dict[str, frozenset[str]] = {
 DEFORMABLE_KINDS = MPM | {"cloth"}
 FIELD_CONTROLS = frozenset({"wind", "airflow", "drag", "attraction", "vortex", "turbulence"})
 """Controls that act on deformable bodies alone; in a plan without any, they are everyday words."""
+BODY_WORDS = {"beam": frozenset({"slat", "springboard", "ruler", "reed", "cantilever"})}
+"""Everyday words for bodies that no other kind is as good for."""
 CONTROL_WORDS = {
     "attach": frozenset({"tie", "ties", "tied", "held", "pinned", "fastened", "hang", "hangs"}),
     "release": frozenset({"let", "lets", "freed", "loose", "snap", "snaps"}),

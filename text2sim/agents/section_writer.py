@@ -28,7 +28,7 @@ from text2sim.agents.yaml_text import yaml_text
 from text2sim.spec_schema.changes.patch import PatchError, apply_operations, same
 from text2sim.spec_schema.text.canonical import format_text
 
-AS_WORDS = frozenset({"ball", "line", "free", "text", "still", "reach", "rest", "leaves", "turns", "mounted"})
+AS_WORDS = frozenset({"ball", "beam", "line", "free", "text", "still", "reach", "rest", "leaves", "turns", "mounted"})
 """Kinds whose names usually mean something else in a description: `ball` is not the mount."""
 MAX_REASON_LENGTH = 300
 """Longest reason for leaving a section unchanged [characters]."""

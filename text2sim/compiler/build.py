@@ -26,6 +26,7 @@ from text2sim.compiler.slopes import has_slopes
 from text2sim.compiler.soft.controls import SoftControls
 from text2sim.compiler.soft.resolution import soft_lowering, soft_settings
 from text2sim.compiler.soft.setup import MAX_SPEED
+from text2sim.compiler.trees.beams import beam_frequency
 from text2sim.compiler.trees.carried import smallest_share
 from text2sim.compiler.trees.generators import rope_frequency
 from text2sim.compiler.trees.link_trees import known_parts, link_frames, named_parts, tree_extents, tree_standing
@@ -34,7 +35,7 @@ from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.bodies import LINKED
 from text2sim.spec_schema.models.placed import Deformable
 from text2sim.spec_schema.models.repeat import Fragments
-from text2sim.spec_schema.models.soft_bodies import Round
+from text2sim.spec_schema.models.soft_bodies import Beam, Rope, Round
 from text2sim.spec_schema.names.references import check_references
 from text2sim.spec_schema.whole_files import naming
 
@@ -211,7 +212,7 @@ def _traits(
         thinnest=lowering.thinnest,
         bounciest=max(bounce.values(), default=0.0),
         rolls=lowering.rolls,
-        swiftest=max((rope_frequency(copy.model) for copy in moving if copy.model.kind == "rope"), default=0.0),
+        swiftest=max(map(_spring_frequency, moving), default=0.0),
         tautest=max(taut_frequencies(lowering, groups, moving, rows, gravity).values(), default=0.0),
         wound=any(isinstance(point, Round) for body in bodies.values() for point in getattr(body, "along", None) or ()),
         slightest=min((smallest_share(tree) for tree in trees), default=1.0),
@@ -220,6 +221,13 @@ def _traits(
         slopes=has_slopes((copy for group in placed.values() for copy in group), gravity),
         grips=any(True for _ in grips(moving, lowering.trees, rows)),
     )
+
+
+def _spring_frequency(copy: Copy) -> float:
+    """Return the angular frequency [rad/s] of the springs that keep a rope or beam straight; 0 for other bodies."""
+    if isinstance(copy.model, Rope):
+        return rope_frequency(copy.model)
+    return beam_frequency(copy.model) if isinstance(copy.model, Beam) else 0.0
 
 
 def _frictions(loaded: LoadedCase, placed: dict[str, list[Copy]]) -> Iterator[Friction]:

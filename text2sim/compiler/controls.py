@@ -61,6 +61,7 @@ from text2sim.spec_schema.models.controls import (
 from text2sim.spec_schema.models.fields import Airflow
 from text2sim.spec_schema.models.motion import Oscillate, Spin
 from text2sim.spec_schema.models.scene import Static
+from text2sim.spec_schema.models.soft_bodies import Beam
 from text2sim.spec_schema.names.selectors import body_of, parse_selector
 
 MAX_BONDS = 3000
@@ -290,7 +291,8 @@ def _weld(a: Copy, b: Copy, attach: Attach, when: Attach | Release, line: int, n
     part = to.part if to.body == b.body else None
     at = NEVER_REACHED if when.at is None else when.at
     pivot = points.on_link(a, own.part, attach.pivot) if when is attach else None
-    return Weld(at, when is attach, a.name, own.part, b.name, part, line, name, event, pivot)
+    stiff = pivot is None and any(isinstance(copy.model, Beam) for copy in (a, b))
+    return Weld(at, when is attach, a.name, own.part, b.name, part, line, name, event, pivot, stiff)
 
 
 def _held_twice(loaded: LoadedCase, rows: ControlRows) -> list[Problem]:

@@ -286,6 +286,7 @@ def _group(group: Group, substeps: int) -> dict[str, Any]:
         "material": Code(own or f"gs.materials.{first.material}"),
         "material_keys": [identifier(key) for key in _material_keys(first)],
         "mode": first.surface.mode if first.surface else None,
+        "flat": first.surface is not None and first.surface.flat,
         "roughness": rough,
         "metallic": metallic,
     }

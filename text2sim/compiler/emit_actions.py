@@ -41,6 +41,7 @@ def action_context(plan: Plan) -> dict[str, Any]:
         "splines": any("spline(" in made for made in _schedules(plan)),
         "later_drives": any(row.later for row in plan.drives),
         "pivots": any(row.pivot is not None for row in plan.welds),
+        "stiff_welds": [row for row in plan.welds if row.stiff and row.on],
         "released_welds": any(row.event is not None for row in plan.welds),
         "released_holds": any(isinstance(end, str) for row in plan.holds for end in row.until),
         "scaled_pushes": any(row.scale is not None for row in plan.pushes),

@@ -20,6 +20,7 @@ from text2sim.compiler.shapes.piece import Ball
 from text2sim.compiler.shapes.rotation import IDENTITY, frame_apply, quat_conjugate, quat_rotate, vector_unit
 from text2sim.compiler.trees import generators
 from text2sim.compiler.trees.articulated import articulated_tree
+from text2sim.compiler.trees.beams import beam_tree
 from text2sim.compiler.trees.dolls import ragdoll_tree
 from text2sim.compiler.trees.file_bodies import file_changes, file_motors, mechanism_tree
 from text2sim.compiler.trees.joints import joint_of
@@ -31,7 +32,7 @@ from text2sim.spec_schema.models.bodies import Articulated, Chain, Driven, Net, 
 from text2sim.spec_schema.models.materials import Look, Material
 from text2sim.spec_schema.models.motion import Oscillate, Spin
 from text2sim.spec_schema.models.scene import Static
-from text2sim.spec_schema.models.soft_bodies import Cloth, Granular, Liquid, Rope, Snow, Soft
+from text2sim.spec_schema.models.soft_bodies import Beam, Cloth, Granular, Liquid, Rope, Snow, Soft
 
 if TYPE_CHECKING:
     from text2sim.compiler.soft.lowering import SoftLowering
@@ -152,6 +153,14 @@ class Lowering:
     @entity.register
     def _rope(self, model: Rope, copy: Copy) -> EntityPlan:
         return self._model(copy, generators.rope_tree(model, vector_unit(model.direction), rgba_of(model.look, copy)))
+
+    @entity.register
+    def _beam(self, model: Beam, copy: Copy) -> EntityPlan:
+        tree = beam_tree(model, rgba_of(model.look, copy))
+        self._take_in_thickness(tree.geoms())
+        entity = self._model(copy, tree)
+        # Smoothed over their edges, boxes in a row look like scales.
+        return replace(entity, surface=entity.surface and replace(entity.surface, flat=True))
 
     @entity.register
     def _net(self, model: Net, copy: Copy) -> EntityPlan:

@@ -22,7 +22,8 @@ class Surface:
     picture: str | None = None
     """Path in the program's folder of a picture that takes the place of the colour."""
     mode: str | None = None
-    """How the engine is to draw it, where its default would be slow; None for the default."""
+    flat: bool = False
+    """How the engine is to draw it, where its default would be slow; None for the default. Whether with sharp edges."""
     decoration: dict[str, Any] = field(default_factory=dict)
     """Pattern, label, and whether copies are alike, for what draws them; empty without any."""
     regions: str | None = None
@@ -106,11 +107,10 @@ class StartVelocity:
 
 @dataclass(frozen=True)
 class DriveSegment:
-    """What a joint follows from a time on."""
+    """What a joint follows from a time on; its mode is position, velocity or force."""
 
     start: float
     mode: str
-    """position, velocity or force."""
     target: Code
     """Constructor of a function of time."""
     line: int
@@ -129,10 +129,9 @@ class JointDrive:
 
 @dataclass(frozen=True)
 class LaterDrive:
-    """What a joint follows from an event on, or from a time on where events may come between."""
+    """What a joint follows `when` an event happens, or from a time [s] on where events may come between."""
 
     when: str | float
-    """Name of the event, or time [s]."""
     mode: str
     target: Code
     """Function of the target before it, which returns a function of time, or of the time since the event."""
@@ -172,7 +171,8 @@ class Weld:
     event: str | None = None
     """The event whose first time undoes it, instead of `at`; None if there is none."""
     pivot: Vec | None = None
-    """Point [m] in the frame of the first link about which the links turn freely; None for a rigid weld."""
+    stiff: bool = False
+    """Point [m] in the frame of the first link about which the links turn freely; if None, whether it is very stiff."""
 
 
 @dataclass(frozen=True)

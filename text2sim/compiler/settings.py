@@ -63,7 +63,7 @@ class Traits:
     tautest: float = 0.0
     """Largest angular frequency [rad/s] of ropes and chains that sway sideways under what hangs on them."""
     swiftest: float = 0.0
-    """Largest angular frequency [rad/s] of springs that keep ropes straight."""
+    """Largest angular frequency [rad/s] of springs that keep ropes and beams straight."""
     wound: bool = False
     """Whether a rope goes round something."""
     slightest: float = 1.0
@@ -268,7 +268,7 @@ def _substeps(scene: Scene, traits: Traits, soft: SoftSettings | None, why: dict
     if traits.tautest > 0:
         need(TAUT_STEP / traits.tautest, "ropes and chains shake themselves apart under their loads at longer steps")
     if traits.swiftest > 0:
-        need(SPRING_STEP / traits.swiftest, "the springs that keep a rope straight shake at longer steps")
+        need(SPRING_STEP / traits.swiftest, "the springs that keep ropes and beams straight shake at longer steps")
     if traits.fastest > 0:
         need(
             max(traits.thinnest / traits.fastest, 2e-4),

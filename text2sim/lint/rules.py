@@ -2,7 +2,7 @@
 
 from text2sim.lint.contact import bounce, creep, driven_through, nets, sliding, tunnelling
 from text2sim.lint.film import hanging, leaving, unseen_subjects, viewpoints
-from text2sim.lint.joints import angles, following, holding, ranges_and_anchors, ropes
+from text2sim.lint.joints import angles, following, holding, ranges_and_anchors, ropes, stiff_beams
 from text2sim.lint.numbers import counted_twice, densities, magnitudes, masses, meshes, steps, stiffness
 from text2sim.lint.rule import EXAMPLE_BASE, Rule
 from text2sim.lint.script import (
@@ -59,6 +59,7 @@ RULES: tuple[Rule, ...] = (
     *following.RULES,
     *ranges_and_anchors.RULES,
     *ropes.RULES,
+    *stiff_beams.RULES,
     *angles.RULES,
     *masses.RULES,
     *unused_names.RULES,

@@ -26,7 +26,7 @@ from text2sim.spec_schema.models.materials import Actuator, JointDynamics, Look,
 from text2sim.spec_schema.models.motion import Motion
 from text2sim.spec_schema.models.placed import Linked, Placed
 from text2sim.spec_schema.models.shapes import Shape, SolidShape
-from text2sim.spec_schema.models.soft_bodies import Cloth, Granular, Liquid, Rope, Snow, Soft
+from text2sim.spec_schema.models.soft_bodies import Beam, Cloth, Granular, Liquid, Rope, Snow, Soft
 
 
 class FreeMount(Model):
@@ -345,7 +345,7 @@ class Ragdoll(Linked):
 
 
 Body = Annotated[
-    Rigid | Driven | Articulated | Chain | Net | Ragdoll | Soft | Cloth | Rope | Granular | Liquid | Snow,
+    Rigid | Driven | Articulated | Chain | Net | Ragdoll | Soft | Cloth | Rope | Beam | Granular | Liquid | Snow,
     ByKind(),
 ]
 LINKED = tuple(

@@ -1,10 +1,22 @@
-"""Deformable bodies: soft bodies, cloth, ropes, grains, liquids, snow."""
+"""Deformable bodies: soft bodies, cloth, ropes, beams, grains, liquids, snow."""
 
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.models.base import Axis, Bool, Integer, Length, Model, NonNegative, Selector, Vec3
+from text2sim.spec_schema.models.base import (
+    Axis,
+    Bool,
+    Fraction,
+    Integer,
+    Length,
+    Model,
+    NonNegative,
+    Positive,
+    Selector,
+    Size3,
+    Vec3,
+)
 from text2sim.spec_schema.models.materials import Material
 from text2sim.spec_schema.models.placed import Deformable, Linked
 from text2sim.spec_schema.models.shapes import FlowShape, Shape
@@ -216,6 +228,64 @@ class Rope(Linked):
                 f"a link must be at least twice as long as the radius (got {link:g} and "
                 f"{self.radius:g}); use "
                 + ("fewer segments" if self.segments > 2 else "a longer rope, or a rigid capsule")
+            )
+        return self
+
+    @property
+    def startable(self) -> bool:
+        """Whether it can be given a velocity at the start."""
+        return not self.anchored
+
+
+SEGMENTS = 10
+"""Default number of links of a beam."""
+
+
+class Beam(Linked):
+    """A straight elastic strip clamped at one end: slat, springboard, ruler, leaf spring, reed, catapult arm.
+
+    It extends along the x axis of its frame, from the middle of its first end; its width lies along y, its thickness
+    along z. It bends about y alone, and neither twists nor stretches. With `I = width thickness^3 / 12`, a force F at
+    its tip bends it by `F length^3 / (3 E I)`, and it swings at `0.1615 thickness / length^2 sqrt(E / density)` [Hz]
+    (for 10 segments 0.2 % less; the difference is `0.21 / segments^2`). Its links are `link_0`, `link_1`, … from the
+    first end on, each with its frame at its first end.
+    """
+
+    kind: Literal["beam"]
+    size: Size3
+    """Length, width and thickness [m], the thickness the least of them."""
+    segments: Annotated[Integer, Field(ge=2, le=50)] = SEGMENTS
+    """Number of links; by default fewer for a short thick beam, so that each is at least as long as thick."""
+    youngs_modulus: Positive
+    """Young's modulus E [Pa]: about 5e6 for rubber, 3e9 for plastic, 1e10 for wood, 2e11 for steel."""
+    damping_ratio: Fraction = 0.02
+    """Damping ratio z of its first swing while one end is clamped: each swing is `e^(-2 pi z)` times as wide as the one
+    before, 0.88 by default. The smaller, the shorter the substeps; 0 takes very many."""
+    anchored: Bool = True
+    """Clamp its first end to the world. Attached to a body by `link_0` instead, it bends from the middle of that link
+    on."""
+    material: Material = Material.model_construct()
+    """Density and friction."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _links(cls, data: Any) -> Any:
+        size = data.get("size") if isinstance(data, dict) and "segments" not in data else None
+        if not isinstance(size, list | tuple) or len(size) != 3:
+            return data
+        if not all(isinstance(side, int | float) and side > 0 for side in size):
+            return data
+        return data | {"segments": max(2, min(SEGMENTS, int(size[0] / size[2] * (1 + 1e-9))))}
+
+    @model_validator(mode="after")
+    def _slender(self) -> "Beam":
+        length, width, thickness = self.size
+        if thickness > min(length, width):
+            raise ValueError(f"size is length, width, thickness: the thickness must be the least (got {thickness:g})")
+        if (link := length / self.segments) < thickness * (1 - 1e-9):
+            raise ValueError(
+                f"a link must be at least as long as thick (got {link:g} and {thickness:g}); use "
+                + ("fewer segments" if self.segments > 2 else "a longer beam, or a rigid box")
             )
         return self
 

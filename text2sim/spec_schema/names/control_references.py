@@ -21,7 +21,7 @@ from text2sim.spec_schema.models.fields import Airflow
 from text2sim.spec_schema.models.motion import start_of
 from text2sim.spec_schema.models.placed import Linked, Placed
 from text2sim.spec_schema.models.shapes import Stream
-from text2sim.spec_schema.models.soft_bodies import Rope
+from text2sim.spec_schema.models.soft_bodies import Beam, Rope
 from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.selectors import WORLD, parse_selector
 from text2sim.spec_schema.names.soft_control_references import (
@@ -133,7 +133,7 @@ def _check_initial_velocity(table: NameTable, where: Path, control: InitialVeloc
         return
     if isinstance(member.model, Placed) and member.model.startable:
         return
-    who_can = "only a free rigid body, a ragdoll, a loose rope or a deformable body can start with a velocity"
+    who_can = "only a free rigid body, a ragdoll, a loose rope or beam, or a deformable body can start with a velocity"
     message = f"`{member.name}` cannot: {who_can}" if member.dynamic else f"{member.why_not_dynamic}; {who_can}"
     table.report((*where, "body"), message, "not-free")
 
@@ -200,7 +200,7 @@ def _check_attach(table: NameTable, where: Path, name: str, control: Attach) -> 
     if body is None:
         return
     for field, member in (("body", body), ("to", target)):
-        if member is not None and member.part is None and isinstance(member.model, Rope | Chain):
+        if member is not None and member.part is None and isinstance(member.model, Rope | Chain | Beam):
             links = table.parts[member.name].links if member.name in table.parts else ()
             last = f" to `{member.text}.{links[-1]}`" if links else ""
             message = f"name a link of `{member.text}`, from `{member.text}.link_0` at its first end{last}"

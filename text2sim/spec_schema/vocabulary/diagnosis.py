@@ -279,6 +279,7 @@ OTHER_WORDS = {
     **dict.fromkeys(("fabric", "textile", "towel", "curtain"), "cloth"),
     **dict.fromkeys(("deformable", "jelly", "rubber", "foam", "elastic", "softbody", "soft_body"), "soft"),
     **dict.fromkeys(("cable", "cord", "string", "thread"), "rope"),
+    **dict.fromkeys(("slat", "springboard", "ruler", "leaf_spring", "reed", "cantilever", "plank"), "beam"),
     **dict.fromkeys(("kinematic", "scripted", "animated"), "driven"),
     **dict.fromkeys(("robot", "mechanism", "urdf", "mjcf"), "articulated"),
     **dict.fromkeys(("dynamic", "free_body", "rigidbody", "rigid_body"), "rigid"),
