@@ -22,8 +22,9 @@ class Surface:
     picture: str | None = None
     """Path in the program's folder of a picture that takes the place of the colour."""
     mode: str | None = None
+    """How the engine is to draw it, where its default would be slow; None for the default."""
     flat: bool = False
-    """How the engine is to draw it, where its default would be slow; None for the default. Whether with sharp edges."""
+    """Whether it is drawn with sharp edges."""
     decoration: dict[str, Any] = field(default_factory=dict)
     """Pattern, label, and whether copies are alike, for what draws them; empty without any."""
     regions: str | None = None
@@ -171,8 +172,9 @@ class Weld:
     event: str | None = None
     """The event whose first time undoes it, instead of `at`; None if there is none."""
     pivot: Vec | None = None
+    """Point [m] in the frame of the first link about which the links turn freely; None for a rigid weld."""
     stiff: bool = False
-    """Point [m] in the frame of the first link about which the links turn freely; if None, whether it is very stiff."""
+    """Whether it gives even less than the engine's welds do."""
 
 
 @dataclass(frozen=True)
