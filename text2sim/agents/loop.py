@@ -335,7 +335,8 @@ class AgentLoop:
         if now is None or "expensive" in {rule for rule, _ in self._known_doubts} or self.history.timed:
             return []
         left, crowding = self.attempts.minutes_left(attempt, now), self.attempts.crowding(attempt)
-        needed = crowding * examined.seconds / 60
+        # Other work comes and goes: the run meets something between all of it and none, here their geometric mean.
+        needed = crowding**0.5 * examined.seconds / 60
         if left is None or needed <= MAX_UNASKED_SHARE * left:
             return []
         self._known_doubts.add(("expensive", ""))
