@@ -80,6 +80,13 @@ def test_fields_that_no_writer_has_a_use_for_are_left_out() -> None:
     )
 
 
+def test_who_asks_for_a_shape_gets_neither_cloth_nor_sculpts() -> None:
+    text, _ = language.explanations(["box"])
+    assert "## Shapes\n" in text
+    assert "cushion" not in text and "rounding" not in text
+    assert "cushion" in language.explanations(["Shapes of cloth"])[0]
+
+
 def test_letters_say_nothing_twice_and_nothing_of_what_deforms_where_nothing_does() -> None:
     plan = language.to_plan_with()
     assert "- `enters`, `leaves`: A body's origin enters or leaves a region" in plan

@@ -236,7 +236,9 @@ def explanations(names: Iterable[str], before: Collection[str] = ()) -> tuple[st
 def explanation(name: str) -> str:
     """Return the full reference of a kind, a prefab or a page; empty if the name is unknown."""
     parts = []
-    for section in SECTIONS:
+    # Who asks for a shape does not mean its namesakes, which are on pages of their own.
+    namesakes = ("Shapes of cloth", "Parts of a sculpt") if name in _kinds_of("Shapes") else ()
+    for section in (one for one in SECTIONS if one.title not in namesakes):
         if isinstance(section.models, tuple):
             models = [model for model in section.models if model.__name__.lower() == name.lower()]
             if models or section.title.strip("`").lower() == name.lower():
