@@ -189,6 +189,11 @@ def test_an_empty_picture_and_an_end_before_the_end_are_said(make_run: MakeRun) 
     near = {"half": 0.1, "pos": (0.3, 0, 0.4), "velocity": (0.1, 0, 0)}
     far = "\n".join(summarise(Watcher(read_recording(make_run(box | {"near": near}))))["remarks"])
     assert "(`box` goes 0.3 m, others 0.03 m at most)" in far
+    bin = {"half": 0.3, "pos": (1.0, 0, 0.4)}
+    held = {"bodies": ["box", "bin"], "margin": 0.1, "within": None, "direction": (0, -1, 0)}
+    main = {"kind": "still", "up": (0, 0, 1), "fov": 40.0, "pos": (0, -4, 0), "look_at": (0, 0, 0), "frame": held}
+    with_bin = read_recording(make_run(box | {"bin": bin}, cameras={"main": main}))
+    assert "span" not in "\n".join(summarise(Watcher(with_bin))["remarks"]), "the bin is meant to be there"
     assert "ends" not in remarks()
     assert "the film ends at 0.19 s of 0.40 s" in remarks(shots=[shot(0.0, 0.2)])
     assert "the film ends with a replay, at 0.19 s" in remarks(shots=[shot(0.0, 0.4), shot(0.1, 0.2)])

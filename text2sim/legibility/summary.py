@@ -124,7 +124,10 @@ def _about_film(watcher: Watcher, pictures: list[Frame], rows: list[Row], last: 
     """Remarks about the film as a whole: an empty picture, an early end."""
     found = []
     span = median(row["span"] for row in rows)
-    if 0 < span < EMPTY_SPAN:
+    cameras = {frame.camera: watcher.recording.film["cameras"][frame.camera] for frame in pictures}
+    framed = {body_of(name) for camera in cameras.values() for name in camera.get("frame", {}).get("bodies", ())}
+    # What else a camera holds by its `frame`, such as the bins at the end of a belt, is meant to be there.
+    if 0 < span < EMPTY_SPAN and not framed & {*map(body_of, watcher.recording.statics)}:
         found.append(
             f"all bodies together span {_percent(span)} of the picture in most pictures: the camera can be "
             f"{0.8 / span:.1f} times as near, or go along{_what_goes_far(watcher, pictures)}"
