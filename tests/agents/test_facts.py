@@ -87,6 +87,15 @@ def told(tmp_path: Path) -> Any:
     return tell
 
 
+@pytest.mark.parametrize(("part", "ok"), [(0.83, False), (0.98, True)])
+def test_what_is_wanted_whole_is_never_cut_by_an_edge(part: float, ok: bool) -> None:
+    run: Any = SimpleNamespace(least_inside={"pit": part})
+    told = facts._is_seen(Claim(seen="pit", whole=True), run)
+    assert told == (ok, f"{100 * part:.0f} % of `pit` at least is within the picture, wanted all of it")
+    with pytest.raises(ValidationError, match="`whole` goes with `seen`"):
+        Claim(count="pit", equals=1, whole=True)
+
+
 def test_a_claim_says_which_of_its_fields_need_each_other() -> None:
     with pytest.raises(ValidationError, match="`by` and `moved` or `touched` need each other"):
         Claim(moved="tin")

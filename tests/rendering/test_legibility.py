@@ -17,7 +17,7 @@ from text2sim.legibility.film import Watcher, _middles
 from text2sim.legibility.layout import at_start
 from text2sim.legibility.recorded import coarsened
 from text2sim.legibility.sight import SPECK_PIXELS, Sight, Things, contrast, look
-from text2sim.legibility.summary import Moment, largest_shares, summarise
+from text2sim.legibility.summary import Moment, largest_shares, least_inside, summarise
 from text2sim.recording.film_record import read_recording
 from text2sim.spec_schema.load import load_text
 
@@ -206,7 +206,10 @@ def test_what_the_edge_of_the_picture_cuts_is_said(make_run: MakeRun) -> None:
     """A camera 4 m in front of a crate sees 4 * tan(20 deg) = 1.46 m below and above its middle, 3.6 m before it 1.31 m."""
     camera = {"main": {"kind": "still", "up": (0, 0, 1), "fov": 40.0, "pos": (0, -4, 0), "look_at": (0, 0, 0)}}
     whole, cut = (STILL | {"half": 0.4, "pos": (x, 0, z)} for x, z in ((-1.0, 0.0), (1.0, 1.15)))
-    found = summarise(Watcher(read_recording(make_run({"whole": whole, "cut": cut}, cameras=camera))))
+    watcher = Watcher(read_recording(make_run({"whole": whole, "cut": cut}, cameras=camera)))
+    found = summarise(watcher)
+    inside = least_inside(watcher)
+    assert inside["whole"] == 1 and 0.6 < inside["cut"] < 0.81
     (row,) = [row for row in found["remarks"] if "edge" in row]
     # Its near face reaches from 0.75 to 1.55 m, of which 0.24 m are above the edge.
     assert re.fullmatch(r"the picture's edge cuts off up to (2\d|3\d) % of `cut` in 4 of 4 pictures", row), row

@@ -90,6 +90,15 @@ class JudgedRun:
 
         return largest_shares(Watcher(read_recording(self.folder), links=True))
 
+    @cached_property
+    def least_inside(self) -> dict[str, float]:
+        """Smallest fraction of each body and static within a picture of the main film; raises like `seen_links`."""
+        from text2sim.legibility.film import Watcher
+        from text2sim.legibility.summary import least_inside
+        from text2sim.recording.film_record import read_recording
+
+        return least_inside(Watcher(read_recording(self.folder)))
+
 
 def facts_as_data(facts: Iterable[Fact]) -> list[dict[str, Any]]:
     """Return the facts as data."""
@@ -249,11 +258,19 @@ def _colors_of(copy: Any, part: str | None) -> list[tuple[float, ...]]:
 
 def _is_seen(claim: Claim, run: JudgedRun) -> FactAnswer:
     """Whether the main film shows a body, or each of the links that a selector names."""
-    if "." in claim.seen:
+    if "." in claim.seen and not claim.whole:
         links = [target.label for target in run.recording.names.select(claim.seen)]
         least = min(links, key=lambda link: run.seen_links.get(link, 0.0))  # 0 where nothing of it is drawn
         return _enough(least, run.seen_links.get(least, 0.0), f", the least of {len(links)} links" * (len(links) > 1))
     (body,) = claim.bodies
+    if claim.whole:
+        from text2sim.legibility.summary import TRIMMED_SHARE
+
+        part = run.least_inside[body]
+        return (
+            part >= TRIMMED_SHARE,
+            f"{100 * part:.0f} % of `{body}` at least is within the picture, wanted all of it",
+        )
     films = (run.evidence.get("legibility") or {}).get("films") or {}
     main = next(iter(films.values())) if films else {"bodies": {}}
     row, still = main["bodies"].get(body), main.get("statics", {}).get(body)

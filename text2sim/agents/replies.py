@@ -103,6 +103,8 @@ class Claim(Form):
     like: Annotated[str, StringConstraints(max_length=40)] = ""
     seen: Selector = ""
     """A body that the film shows."""
+    whole: bool = False
+    """Whether every picture has to show all of it, as far as nothing stands before it."""
     moved: Selector = ""
     """A body that the touch of another, `by`, sets in motion."""
     by: Selector = ""
@@ -127,6 +129,8 @@ class Claim(Form):
             sorts = [sort for sort, needed in FACTS.items() if needed == key]
             if (getattr(self, key) in ("", None, ())) == bool(given[0] in sorts):
                 raise ValueError(f"`{key}` and {' or '.join(f'`{sort}`' for sort in sorts)} need each other")
+        if self.whole and not self.seen:
+            raise ValueError("`whole` goes with `seen`")
         if (self.lasting is not None or self.never) and not self.touched:
             raise ValueError("`lasting` and `never` go with `touched`")
         if self.lasting is not None and self.never:

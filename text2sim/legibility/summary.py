@@ -87,6 +87,16 @@ def largest_shares(watcher: Watcher) -> dict[str, float]:
     }
 
 
+def least_inside(watcher: Watcher) -> dict[str, float]:
+    """Return the smallest fraction of each thing that is within a picture of the main film; 0 where one misses it."""
+    film, last = watcher.recording.film, watcher.recording.last
+    rows = watcher.rows(frames(film, reels(film)[MAIN], last))
+    return {
+        name: min((row["bodies"].get(name, {}).get("inside") or 0.0 for row in rows), default=0.0)
+        for name in watcher.recorded.names
+    }
+
+
 def _film(watcher: Watcher, rows: list[Row]) -> dict[str, Any]:
     statics = {name: max(row["bodies"].get(name, {}).get("share") or 0.0 for row in rows) for name in _statics(watcher)}
     return {
