@@ -15,6 +15,7 @@ HERE = Path(__file__).parent
 ROWS = json.loads((HERE / "recorded" / "user_requests.json").read_text("utf-8"))["rows"]
 PAGE = (HERE.parents[1] / "docs" / "evaluation_results.md").read_text("utf-8")
 PROMPTS = read_suite(HERE / "recorded" / "user_requests.yaml")[0].prompts
+FIVE_MORE = [*PROMPTS][4:]
 METHODS, KINDS = ("text2sim-with-cards", "agent-no-cards"), ("physical", "visual")
 
 
@@ -22,7 +23,7 @@ def mark(prompt, method, kind):
     marks = [
         total(row, PROMPTS) for row in ROWS if (row["prompt"], row["method"], row["kind"]) == (prompt, method, kind)
     ]
-    assert len(marks) == 3, "three judges"
+    assert len(marks) == (2 if prompt in FIVE_MORE else 3), "judges"
     return mean(marks)
 
 
@@ -35,12 +36,13 @@ def test_kept_replies_give_the_rows(prompt):
 def test_means_and_differences_are_those_of_the_page():
     means = [mean(mark(prompt, method, kind) for prompt in PROMPTS) for method in METHODS for kind in KINDS]
     assert f"| mean of the user requests | {' | '.join(f'{cell:.1f}' for cell in means)} |" in PAGE
-    found = [estimate([mark(p, METHODS[0], kind) - mark(p, METHODS[1], kind) for p in PROMPTS]) for kind in KINDS]
-    cells = [f"{x.mean:+.1f} [{x.low:+.1f}, {x.high:+.1f}]".replace("-", "−") for x in found]
-    assert f"| user requests | {len(PROMPTS)} | {' | '.join(cells)} |" in PAGE
+    for name, some in {"first four": [*PROMPTS][:4], "five more": FIVE_MORE, "user requests": [*PROMPTS]}.items():
+        found = [estimate([mark(p, METHODS[0], kind) - mark(p, METHODS[1], kind) for p in some]) for kind in KINDS]
+        cells = [f"{x.mean:+.1f} [{x.low:+.1f}, {x.high:+.1f}]".replace("-", "−") for x in found]
+        assert f"| {name} | {len(some)} | {' | '.join(cells)} |" in PAGE
 
 
-def test_two_requirements_were_marked_below_one():
+def test_what_was_marked_below_one():
     below = {
         (row["prompt"], row["method"], name)
         for row in ROWS
@@ -48,4 +50,11 @@ def test_two_requirements_were_marked_below_one():
         for name, one in read_reply(row["reply"])[0]["requirements"].items()
         if one["mark"] < 1
     }
-    assert below == {("washing_line_pegs", METHODS[1], name) for name in ("action.lawn", "render.folds")}
+    bare, ours = METHODS[1], METHODS[0]
+    assert below == {
+        *(("washing_line_pegs", bare, name) for name in ("action.lawn", "render.folds")),
+        *(("breakfast_contraption", ours, name) for name in ("body.seesaw", "render.whole")),
+        *(("rubber_flickers", ours, name) for name in ("body.bar", "render.view")),
+        *(("tipping_bucket_gush", ours, name) for name in ("action.fills", "action.floats", "render.blue")),
+        ("tipping_bucket_gush", bare, "body.water"),
+    }
