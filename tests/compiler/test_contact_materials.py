@@ -40,6 +40,13 @@ def test_a_link_bounces_by_itself(body, link):
     assert bouncing == {"floor", link}, "the floor says nothing: it takes the largest"
 
 
+def test_deformable_bodies_have_no_contacts_to_set():
+    jelly = "  jelly: {kind: soft, solver: mpm, shape: {kind: sphere, radius: 0.2}, pose: {pos: [3, 0, 1]}}\n"
+    contact = resolved(BALL % ", material: {restitution: 0.7}" + jelly).plan.contact
+    assert "ball" in contact
+    assert "jelly" not in contact, "its program would not start"
+
+
 def test_the_program_sets_the_links_after_the_bodies():
     program = emit(resolved(PAIR % "restitution: 0.9").plan)["bodies.py"].decode()
     assert '("pair", "a"): (0.0' in program

@@ -5,6 +5,7 @@ from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.settings import Settings
+from text2sim.compiler.soft.solvers import is_soft
 from text2sim.spec_schema.models.materials import Material
 
 Restitutions = Mapping[str, float]
@@ -40,7 +41,7 @@ def restitutions(copies: Iterable[Copy]) -> dict[str, float]:
 def contact_damping(
     placed: Mapping[str, list[Copy]], restitution_of: Restitutions, statics: set[str], settings: Settings, step: float
 ) -> dict[str, tuple[float, float]]:
-    """Return time constant [s] and damping ratio by copy, and by link with a material of its own.
+    """Return time constant [s] and damping ratio by rigid copy, and by link with a material of its own.
 
     A contact gets the mean of both damping ratios. A static without a restitution of its own takes the largest of the
     scene, so that a ball bounces with its own value on a floor that gives none; where bodies bounce unequally, it
@@ -58,6 +59,8 @@ def contact_damping(
     largest, values = max(restitution_of.values()), {}
     for name, group in placed.items():
         for copy in group:
+            if is_soft(copy.model):  # points, whose contacts are not the rigid solver's
+                continue
             default = largest if name in statics else 0.0
             for link in {"": None, **materials_of(copy.model)}:
                 time, ratio = settings.contact_damping(restitution_of.get(_selector(copy, link), default), step)
