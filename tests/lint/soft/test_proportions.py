@@ -118,6 +118,17 @@ def test_no_way_out_leads_under_the_floor(tmp_path: Path) -> None:
     assert "-z" not in found.message
 
 
+@pytest.mark.parametrize(("felt", "count"), [("true", 1), ("false", 0)])
+def test_only_links_that_are_felt_throw_out_what_starts_in_them(tmp_path: Path, felt: str, count: int) -> None:
+    arm = (
+        "bodies: {arm: {kind: articulated, base: fixed, pose: {pos: [0, 2, 1]}, links: {post: {shape: {kind: box, size: [0.1, 0.1, 0.1]}}, "
+        "bar: {parent: post, shape: {kind: box, size: [0.1, 2, 0.1]}, pose: {pos: [0, -2, 0]}, joint: {kind: slider, axis: x}, "
+        f"material: {{touch_soft: {felt}}}}}}}}}}}"
+    )
+    sheet = "bodies: {sheet: {kind: cloth, shape: {kind: sheet, size: [0.5, 0.5]}, pose: {pos: [0, 0, 1]}}}"
+    assert len(findings(tmp_path, "soft-inside", arm, sheet)) == count
+
+
 @pytest.mark.parametrize(("kind", "count"), [("soft", 0), ("cloth", 1)])
 def test_a_reach_that_no_grid_heeds(tmp_path: Path, kind: str, count: int) -> None:
     shape = CUBE if kind == "soft" else "shape: {kind: sheet, size: [0.5, 0.5]}"

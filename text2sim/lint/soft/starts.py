@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import apart
+from text2sim.compiler.soft.solvers import unfelt_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftBody, SoftFacts
@@ -67,11 +68,12 @@ def _overlap(facts: Facts, body: SoftBody, copy: Copy, min_depth: float, effort:
     box, other_box = body.box, facts.box(copy)
     if other_box is None or apart(box, other_box, 0.0 if body.model.kind == "cloth" else min_depth):
         return None
-    others = [part for part in facts.parts(copy) if not apart(part.box, box)]
+    felt = [part for part in facts.parts(copy) if part.link not in unfelt_links(copy.model)]
+    others = [part for part in felt if not apart(part.box, box)]
     pairs = [(a, b) for a in facts.parts(body.copy) for b in others if effort.spend() and overlapping(a, b)]
     if not pairs or effort.left <= 0:
         return None
-    overlap = overlap_of(facts.parts(body.copy), facts.parts(copy), pairs, effort)
+    overlap = overlap_of(facts.parts(body.copy), felt, pairs, effort)
     escapes = axes_first([escape for escape in overlap.escapes if not _grounded(facts.once(SoftFacts), body, escape)])
     depth = escapes[0].length if escapes and body.model.kind == "cloth" else overlap.depth
     return (depth, f"towards {escapes[0].words}" if escapes else "") if depth > min_depth else None
