@@ -122,7 +122,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
     copied += ["cloth_friction.py"] if context["cloth"] else []
     copied += ["cloth_on_grid.py"] if context["cloth_on_grid"] else []
     copied += [file for name, (file, *_) in OWN_MATERIALS.items() if name in context["own_materials"]]
-    copied += ["cloth_damping.py"] if context["dampings"] else []
+    copied += ["internal_damping.py"] if context["dampings"] else []
     copied += ["gas.py"] if context["gases"] else []
     copied += ["flows.py"] if context["streams"] else []
     copied += ["solid_walls.py"] if context["flowing"] or context["adhesions"] else []

@@ -74,7 +74,7 @@ class SoftLowering:
                 weight,
                 _bending(model, solver),
                 gas_row(copy, self.meshes.folder),
-                model.material.damping or None if solver == "pbd" else None,
+                getattr(model.material, "damping", None) or None if solver in ("pbd", "mpm") else None,
                 stream_arguments(copy, spacing),
                 getattr(model.material, "adhesion", None) or None,
             ),

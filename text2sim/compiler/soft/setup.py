@@ -86,7 +86,7 @@ class SoftRecord:
     gas: tuple[float, float] | None = None
     """A row of `templates/gas.py`; None for what encloses no gas."""
     damping: float | None = None
-    """Rate [1/s] of `templates/cloth_damping.py`; None for what has no internal friction of its own."""
+    """Rate [1/s] of `templates/internal_damping.py`; None for what has no internal friction of its own."""
     stream: dict[str, Any] | None = None
     """Arguments of `templates/streams.py`; None for what is there at the start."""
     adhesion: float | None = None

@@ -93,8 +93,7 @@ def find_surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Pat
             if isinstance(mount := getattr(copy.model, "mount", None), HingeMount):
                 tilting.append((box, _slid(box, quat_rotate(copy.quat, vector_unit(mount.axis)))))
             if copy.name in travel.spins:
-                radius = max(dist(copy.pos, (x, y, z)) for x, y, z in product(*zip(*box, strict=True)))
-                box = grown((copy.pos, copy.pos), radius)
+                box = _turned_about(copy.pos, box)
             displacements = travel.motors.get(copy.name, NOWHERE)
             solids.append(swept(box, displacements))
             if displacements != NOWHERE:
@@ -174,6 +173,9 @@ def _flown(
     farthest: float = MAX_FOLLOWED_DISTANCE,
 ) -> Bounds:
     floors = [floor for floor in surroundings.floors if floor <= box[0][2] + MAX_RESTING_GAP]
+    if copy.name in travel.spins:
+        (a, b, c), (d, e, f) = box
+        box = _turned_about(((a + d) / 2, (b + e) / 2, (c + f) / 2), box)
     box = swept(box, _box(travel.flights.get(copy.name)))
     box = swept(box, _box(_thrown(travel.starts.get(copy.name), fall, scene, farthest)))
     fallen = swept(box, _box(fall))
@@ -186,6 +188,12 @@ def _flown(
                 fallen = around([*fallen, *slid])
     (x, y, z), high = fallen
     return (x, y, max([z, *floors])), high
+
+
+def _turned_about(pivot: Vec, box: Bounds) -> Bounds:
+    """Return where a solid gets when it turns about a point, in any direction."""
+    radius = max(dist(pivot, corner) for corner in product(*zip(*box, strict=True)))
+    return grown((pivot, pivot), radius)
 
 
 def _slid(box: Bounds, axis: Vec) -> Bounds:

@@ -30,7 +30,7 @@ class Travel:
     motors: dict[str, Bounds]
     """Displacements of bodies of links."""
     spins: frozenset[str]
-    """Bodies with prescribed rotation."""
+    """Bodies that turn by a prescribed rotation, or from the start."""
     holds: dict[str, Bounds]
     """Displacements of deformable bodies by what holds them."""
     flights: dict[str, Vec]
@@ -102,6 +102,7 @@ def travel(
         for name in masses:
             _carry(flights, control, copies[name], duration)
     spins = {name for name, copy in copies.items() if isinstance(getattr(copy.model, "motion", None), Spin)}
+    spins |= {row.entity for row in rows.velocities if hypot(*row.angular) and row.entity in masses}
     return Travel(motors, frozenset(spins), holds, flights, starts)
 
 

@@ -26,7 +26,10 @@ class SoftMaterial(Model):
     and mud some 100 to 1000. A layer of thickness h stays on a slope of angle a, and on a wall, up to `density 9.81 h
     sin(a)`. If its `yield_stress` is less than 1.7 times that, it creeps down and leaves a trail."""
     damping: NonNegative | None = None
-    """With solver fem: fraction of the velocity that is lost per second [1/s]; derived by default."""
+    """Rate [1/s] at which it stops wobbling. With mpm, velocities relative to the motion of a rigid body decay at this
+    rate, so that the amplitude of a wobble falls as `exp(-damping t / 2)`, and falling, sliding and tumbling are left
+    alone: rubber and jelly 5 to 20, foam and dough 50 and more; by default none. With fem, all of its velocity
+    decays; derived by default."""
     hydroelastic_modulus: Positive | None = None
     """With solver fem: stiffness of contact. The contact pressure [Pa] grows with the depth up to this value in the
     middle of the body; by default 1e7. For bodies that are squeezed to half their width use 10 to 30 times

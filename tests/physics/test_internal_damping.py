@@ -1,4 +1,4 @@
-"""Internal friction of cloth: flutter dies away, and the motion of the whole is left alone."""
+"""Internal friction of cloth and soft bodies: flutter dies away, and the motion of the whole is left alone."""
 
 import numpy as np
 import pytest
@@ -56,6 +56,35 @@ def test_what_hangs_sways_on(simulate, agree):
     damped, plain = (np.ptp(rows(trial.states, body)[0].mean(axis=1)[late, 1]) for body in ("damped", "plain"))
     agree("sway from side to side [m]", damped, plain, within=0.1 * plain)
     assert plain > 0.08, "they do sway"
+
+
+SOFT = """
+scene: {gravity: [0, 0, 0], duration: 0.6, dt: 0.004, record: {rate: 125}}
+bodies:
+  damped: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.3, 0.08, 0.08]}, material: {youngs_modulus: 2.0e4, damping: 8}, pose: {pos: [0, 0, 1]}}
+  plain: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.3, 0.08, 0.08]}, material: {youngs_modulus: 2.0e4}, pose: {pos: [0, 0.4, 1]}}
+  turning: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.3, 0.08, 0.08]}, material: {youngs_modulus: 2.0e5, damping: 8}, pose: {pos: [0, 0.8, 1]}}
+actions:
+  controls:
+    shake: {kind: force, body: damped, force: [0, 0, 6], region: {face: left}, during: [0, 0.04]}
+    shake_plain: {kind: force, body: plain, force: [0, 0, 6], region: {face: left}, during: [0, 0.04]}
+    go: {kind: initial_velocity, body: turning, linear: [0.2, 0, 0.1], angular: [0, 1, 0]}
+"""
+
+
+def test_a_soft_body_wobbles_less_and_goes_on(simulate, agree):
+    """As cloth does: the amplitude falls as `exp(-rate t / 2)`, and the motion of the whole stays."""
+    trial = simulate(SOFT)
+    points, speed = rows(trial.states, "turning")
+    agree("a turning bar keeps its velocity [m/s]", speed[1:], np.array([0.2, 0, 0.1]), within=0.005)
+    away = points - points.mean(axis=1, keepdims=True)
+    end = away[..., 0].argmax(axis=1)[0]
+    angle = np.unwrap(np.arctan2(-away[:, end, 2], away[:, end, 0]))
+    agree("and its turning [rad]", angle[-1] - angle[0], trial.time[-1] * 1.0, within=0.03)
+    late = trial.time[1:] > 0.3
+    left = [np.sqrt(np.square(flutter(rows(trial.states, body)[0])[late]).mean()) for body in ("damped", "plain")]
+    wanted = np.sqrt(np.exp(-8.0 * trial.time[1:][late]).mean())
+    agree("wobble beside that of a plain bar", left[0] / left[1], wanted, within=0.05)
 
 
 def flutter(points):
