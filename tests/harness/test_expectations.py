@@ -80,6 +80,9 @@ def judge(ending: Ending = FINISHED, log: EventLog | None = None, **expect) -> F
         ({"measure": "hat", "during": "all", "stat": "max", "above": 0.99}, True),
         ({"measure": "hat", "during": "all", "stat": "mean", "equals": 0.75, "tolerance": 1e-6}, True),
         ({"measure": "hat", "during": "all", "stat": "range", "equals": 0.5, "tolerance": 1e-6}, True),
+        ({"measure": "hat", "during": [0.2, 0.6], "stat": "change", "equals": 0.2, "tolerance": 1e-6}, True),
+        ({"measure": "hat", "during": [0.5, "end"], "stat": "change", "above": 0}, False),
+        ({"measure": "ramp", "on": "hit", "during": [0, 0.1], "stat": "change", "equals": 1, "tolerance": 1e-6}, True),
         ({"measure": "hat", "during": "all", "stat": "min", "below": 0.4}, False),
         # hat - 0.75 goes evenly from -1/4 to 1/4: its standard deviation is 1/2 over sqrt(12).
         ({"measure": "hat", "during": "all", "stat": "std", "equals": 0.5 / 12**0.5, "tolerance": 2e-4}, True),

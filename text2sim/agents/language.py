@@ -61,10 +61,10 @@ EXPECTATIONS_PAGE = (
     "## Expectations\nOf an event, which happens: `within: [0.3, end]` (its first time), `count: 3` or `[2, 5]`, "
     "`before` another event; or `never` does (`within` a span). Of a measure, which is `above`, `below`, `equals` with "
     "`tolerance`: `at: 1.5`, `start` or `end`, or `during: [0.5, end]` or `all`, then every value or `stat` of them "
-    "(max, min, mean, std, range; with `swing: 0.05`, the smallest that counts: reversals, two in a full swing, "
-    "period of one, decrement, the logarithmic one). `on: EVENT`: these times count from its first (`on: hit, during: "
-    "[0, 0.5]`), which is better than a guess. `repeat: 3`: so many of this entry, `NAME_0` to `NAME_2`, with `k` in "
-    "`${…}`."
+    "(max, min, mean, std, range, change; with `swing: 0.05`, the smallest that counts: reversals, two in a full "
+    "swing, period of one, decrement, the logarithmic one). `on: EVENT`: these times count from its first (`on: hit, "
+    "during: [0, 0.5]`), which is better than a guess. `repeat: 3`: so many of this entry, `NAME_0` to `NAME_2`, with "
+    "`k` in `${…}`."
 )
 """The Planner's page about expectations; its prompt has examples."""
 MIN_DESCRIPTION = 42

@@ -11,7 +11,7 @@ from text2sim.evidence.measures import Series
 from text2sim.evidence.swings import judge_swings
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models.base import span_of
-from text2sim.spec_schema.models.expectations import SWINGS, Expect
+from text2sim.spec_schema.models.expectations import CHANGE, SWINGS, Expect
 
 ROUNDING = 1e-9
 """Times [s] nearer than this are equal: a frame's time is a sum of steps."""
@@ -119,6 +119,8 @@ class _Judge:
         if expect.stat in ("mean", "std", *SWINGS):
             return None
         time, values = self._clipped(*span_of(_given_window(expect), self.ending.duration), series.values)
+        if expect.stat == CHANGE:
+            return float(time[-1])
         worst, least = -_margin(expect, values), -values
         scores = {None: [worst], "min": [least], "range": [values, least]}.get(expect.stat, [values])
         return max(float(time[np.argmax(np.where(np.isnan(score), -np.inf, score))]) for score in scores)
@@ -256,6 +258,8 @@ def _statistic(stat: str, time: Array, values: Array) -> float:
     if stat == "mean":
         span = time[-1] - time[0]
         return float(np.trapezoid(values, time) / span) if span > 0 else float(values.mean())
+    if stat == CHANGE:
+        return float(values[-1] - values[0])
     if stat == "std":
         return float(np.sqrt(_statistic("mean", time, (values - _statistic("mean", time, values)) ** 2)))
     return float({"max": values.max, "min": values.min, "range": lambda: values.max() - values.min()}[stat]())

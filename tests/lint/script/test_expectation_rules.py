@@ -122,6 +122,7 @@ def test_what_cannot_fail(assets: Path, measure: str, expect: str) -> None:
         ("kind: position, of: ball, axis: z", "during: all, stat: min, above: 0.05, below: 0.2"),
         ("kind: position, of: ball, axis: z", "during: all, stat: range, above: 0.2"),
         ("kind: position, of: ball, axis: z", "during: all, stat: mean, below: 0.9"),
+        ("kind: position, of: ball, axis: z", "during: all, stat: change, below: -0.2"),
         ("kind: position, of: ball, axis: z", "at: start, above: 1"),  # to the last digit: nothing is said
         ("kind: joint_position, of: gate", "at: end, equals: 0.4, tolerance: 0.05"),
         ("kind: joint_position, of: gate", "during: all, below: 0.53"),  # its limit is 0.5236, and soft
@@ -270,6 +271,14 @@ TWO = "measures: {m: {kind: position, of: ball, axis: z}}"
         (
             "a: {measure: m, during: [1, 2], above: 0, below: 0.1}, b: {measure: m, during: [1, 2], stat: range, above: 0.2}",
             True,
+        ),
+        (
+            "a: {measure: m, during: all, above: 1, below: 1.2}, b: {measure: m, during: [1, 2], stat: change, below: -0.3}",
+            True,
+        ),
+        (
+            "a: {measure: m, during: all, above: 1, below: 2}, b: {measure: m, during: [1, 2], stat: change, below: -0.3}",
+            False,
         ),
         ("a: {measure: m, at: 1, above: 1}, b: {measure: m, at: 1, below: 1.5}", False),
         ("a: {event: hit, never: true}, b: {event: hit, within: [0, 1]}", True),

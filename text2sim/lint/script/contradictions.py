@@ -13,7 +13,7 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.script.outcomes import Bound, bound_of, count_bounds, field_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
-from text2sim.spec_schema.models.expectations import SPREADS, Expect
+from text2sim.spec_schema.models.expectations import CHANGE, SPREADS, Expect
 from text2sim.spec_schema.names.reference_cycles import find_cycles
 
 NamedBound = tuple[str, Expect, Bound]
@@ -58,6 +58,8 @@ def _clash(a: Bound, b: Bound) -> bool:
         return touching and disjoint
     if b.stat in SPREADS:  # a standard deviation is at most half of the range
         return covered and a.high - a.low <= (b.low if b.stat == "range" else 2 * b.low)
+    if b.stat == CHANGE:
+        return covered and (a.high - a.low <= b.low or a.low - a.high >= b.high)
     if covered and (a.high <= b.low or a.low >= b.high):
         return True
     # One value of the span is enough to violate a maximum or a minimum.

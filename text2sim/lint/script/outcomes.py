@@ -17,7 +17,7 @@ from text2sim.lint.script.measure_bounds import Values, values_of
 from text2sim.lint.words import as_radians
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
-from text2sim.spec_schema.models.expectations import SPREADS, SWINGS, Expect
+from text2sim.spec_schema.models.expectations import CHANGE, SPREADS, SWINGS, Expect
 from text2sim.spec_schema.text.document import Path
 
 ROUNDING = 1e-9
@@ -38,7 +38,7 @@ class Bound:
 
     def of_constant(self, value: float) -> float | None:
         """Return what is bounded, of a measure that stays at `value`; None if it has none such."""
-        return value if self.stat not in (*SPREADS, *SWINGS) else None if self.stat in SWINGS[1:] else 0.0
+        return value if self.stat not in (*SPREADS, CHANGE, *SWINGS) else None if self.stat in SWINGS[1:] else 0.0
 
 
 def bound_of(expect: Expect, duration: float) -> Bound:
@@ -88,6 +88,8 @@ def _verdict(bound: Bound, values: Values) -> tuple[str, str]:
     low, high = values.low, values.high
     if bound.stat in SPREADS:
         low, high = 0.0, high - low if inf not in (high, -low) else inf
+    elif bound.stat == CHANGE:
+        low, high = (low - high, high - low) if inf not in (high, -low) else (-inf, inf)
     unit = f" {values.unit}".rstrip()
     if high <= bound.low or low >= bound.high:
         edge = bound.low if high <= bound.low else bound.high

@@ -8,6 +8,8 @@ from text2sim.spec_schema.models.base import Bool, Integer, Model, Multiple, Nam
 
 SPREADS = ("std", "range")
 """Statistics of how far values are apart: 0 of what does not change."""
+CHANGE = "change"
+"""Statistic of the last value less the first."""
 SWINGS = ("reversals", "period", "decrement")
 """Statistics of motion back and forth, with `swing`."""
 
@@ -38,8 +40,9 @@ class Expect(Model):
     """Time [s] of the value."""
     during: Window | Literal["all"] | None = None
     """Span [s]: every value in it must satisfy the bounds, or the `stat` of them."""
-    stat: Literal["max", "min", "mean", "std", "range", "reversals", "period", "decrement"] | None = None
-    """With `during`: statistic of the span. `std` is the standard deviation from its mean. Of motion back and forth:
+    stat: Literal["max", "min", "mean", "std", "range", "change", "reversals", "period", "decrement"] | None = None
+    """With `during`: statistic of the span. `std` is the standard deviation from its mean, `change`
+    the last value less the first: with `on`, what became of it since that event. Of motion back and forth:
     `reversals`, how often it turns back, twice in a full swing; `period` [s], the mean time of a full swing;
     `decrement`, the logarithmic decrement, ln of a swing over the one a period later: 0 if they stay as large, 0.69 if
     each is half as large. These need a measure with a sign: `tilt` and `speed` turn back twice as often."""
