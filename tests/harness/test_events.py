@@ -128,13 +128,16 @@ def test_a_threshold_is_passed_between_frames_and_anew(new_run, look):
     assert times(rising) == pytest.approx([1 / 24, 13 / 24], abs=1e-3)
     falling = look(folder, measures=height, e={"kind": "threshold", "measure": "height", "below": 0.5})
     assert times(falling) == pytest.approx([5 / 24, 17 / 24], abs=1e-3)
+    missed = look(folder, measures=height, e={"kind": "threshold", "measure": "height", "above": 1.2})
+    assert times(missed) == [] and missed.nearest == {"e": "`height` was at most 0.998 m, at 0.12 s"}
 
 
 def test_what_is_beyond_a_threshold_from_the_start_has_not_passed_it(new_run, look):
     run = new_run()
     run.add_link("ball", pos=(0, 0, 1))
     measures = {"height": {"kind": "position", "of": "ball", "axis": "z"}}
-    assert times(look(run.write(), measures=measures, e={"kind": "threshold", "measure": "height", "above": 0.5})) == []
+    log = look(run.write(), measures=measures, e={"kind": "threshold", "measure": "height", "above": 0.5})
+    assert times(log) == [] and log.nearest == {"e": "`height` was already above it at 0 s"}
 
 
 @pytest.fixture
@@ -153,6 +156,8 @@ def test_rest_is_told_from_where_the_quiet_begins(slowing, look):
     assert found == pytest.approx([0.48, 0.75], abs=1e-3)
     assert times(look(slowing, e={"kind": "rest", "of": "ball", "for": 0.24})) == pytest.approx([0.75], abs=1e-3)
     assert times(look(slowing, e={"kind": "rest", "of": "other"})) == [0.0]
+    hasty = look(slowing, e={"kind": "rest", "of": "ball", "speed": 0.001, "for": 0.5})
+    assert hasty.occurrences["e"] == [] and "slowest at 0.5" in hasty.nearest["e"]
     for names in (["other", "ball"], ["ball", "other"]):
         assert times(look(slowing, e={"kind": "rest", "of": names, "for": 0.24})) == pytest.approx([0.75], abs=1e-3)
 

@@ -35,6 +35,8 @@ class EventLog:
     """By name, each sorted by time."""
     problems: dict[str, str] = field(default_factory=dict)
     """Why an event could not be looked for, by name."""
+    nearest: dict[str, str] = field(default_factory=dict)
+    """How near an event came that never happened, by name, where that is known."""
 
     def first(self, name: str) -> float | None:
         """Return the first time [s] of an event; None if it never happened."""
@@ -68,8 +70,10 @@ def find_events(recording: RecordedCase, series: Mapping[str, Series]) -> EventL
             log.occurrences[name] = []
             if event.after is not None and event.after not in events:
                 log.problems[name] = f"there is no event `{event.after}` to come after"
-            elif since is not None:  # otherwise the event that it comes after never happened
+            elif since is not None:
                 _search(recording, series, name, event, since, log)
+            else:
+                log.nearest[name] = f"`{event.after}`, which it comes after, never happened"
     log.occurrences = {name: log.occurrences[name] for name in events}
     return log
 
@@ -104,6 +108,31 @@ def _search(
         # Rest may have begun before `since`; every other event has to occur after it.
         rows = [row for row in rows if row["time"] > since or (event.kind == "rest" and row["time"] == since)]
     log.occurrences[name] = sorted(({"name": name, "kind": event.kind, **row} for row in rows), key=_order)
+    if not rows and (near := _how_near(recording, series, event, since)):
+        log.nearest[name] = near
+
+
+def _how_near(recording: RecordedCase, series: Mapping[str, Series], event: events.Event, since: float) -> str:
+    """Return the value nearest to the bound of an event that did not happen; empty for kinds without one."""
+    later = recording.states.time >= since
+    if isinstance(event, events.ThresholdEvent):
+        measured = series[event.measure]
+        time, values, unit = recording.states.time[later], measured.values[later], f" {measured.unit}".rstrip()
+        rising = event.above is not None
+        if not np.isfinite(values).any():
+            return ""
+        best = int(np.nanargmax(values) if rising else np.nanargmin(values))
+        if values[best] >= event.above if event.above is not None else values[best] <= (event.below or 0.0):
+            return f"`{event.measure}` was already {'above' if rising else 'below'} it at {time[0]:.4g} s"
+        most = "at most" if rising else "at least"
+        return f"`{event.measure}` was {most} {values[best]:.4g}{unit}, at {time[best]:.4g} s"
+    if isinstance(event, events.RestEvent):
+        speeds = np.fmax.reduce([_speed(recording, target) for target in recording.names.select(event.of)], axis=0)
+        if not np.isfinite(speeds[later]).any():
+            return ""
+        best = int(np.nanargmin(np.where(later, speeds, np.nan)))
+        return f"it was slowest at {recording.states.time[best]:.4g} s, {speeds[best]:.3g} m/s"
+    return ""
 
 
 def _order(row: Occurrence) -> tuple[Any, ...]:

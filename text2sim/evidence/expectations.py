@@ -85,7 +85,7 @@ class _Judge:
         unit = "s" if expect.event is not None else unit_of(expect, own)
         wanted = wanted_of_event(expect) if expect.event is not None else wanted_of_measure(expect, own)
         if start is None:
-            ok, why = False, f"`{expect.on}` never happened"
+            ok, why = False, f"`{expect.on}` {self._never(expect.on)}"
             if not self.ending.finished:
                 ok, _, why = self._unreached(f"and `{expect.on}` had not happened")
             return Finding(name, ok, None, unit, wanted, why)
@@ -146,7 +146,9 @@ class _Judge:
         times = [row["time"] for row in self.events.occurrences[expect.event or ""]]
         first = times[0] if times else None
         value = float(len(times)) if expect.count is not None else first
-        finding = f"first happened at {first:.4g} s{_times_in_all(times)}" if first is not None else "never happened"
+        finding = self._never(expect.event)
+        if first is not None:
+            finding = f"first happened at {first:.4g} s{_times_in_all(times)}"
         open_end = not self.ending.finished
         if first is None and (expect.count is None or _count_range(expect.count)[0] > 0):
             _, until = span_of(expect.within, self.ending.duration)
@@ -174,10 +176,14 @@ class _Judge:
             if other is None:
                 if open_end:
                     return self._unreached(f"and `{expect.before}` had not happened")
-                return False, value, f"{finding}; `{expect.before}` never happened"
+                return False, value, f"{finding}; `{expect.before}` {self._never(expect.before)}"
             finding = f"{finding}; `{expect.before}` at {other:.4g} s"
             return first is not None and first < other, value, finding
         return True, value, finding
+
+    def _never(self, event: str | None) -> str:
+        near = self.events.nearest.get(event or "")
+        return f"never happened ({near})" if near else "never happened"
 
     @staticmethod
     def _inside(time: float, window: tuple[float, float]) -> bool:
