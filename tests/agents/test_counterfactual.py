@@ -71,6 +71,17 @@ def test_air_goes_on_blowing_on_what_is_left_of_its_list() -> None:
     assert {name: row["body"] for name, row in controls.items()} == {"breeze": ["tin[0]", "tin[1]"]}
 
 
+def test_a_joint_that_is_not_driven_is_held() -> None:
+    case = data_of(TEXT)
+    case["actions"]["controls"] = {
+        "lower": {"kind": "drive", "joint": "tin", "on": "hit", "position": {"kind": "ramp", "to": -0.1, "end": 1}},
+        "push": {"kind": "drive", "joint": "tin", "force": 3},
+    }
+    never = {"kind": "constant", "value": 0, "start": case["scene"]["duration"]}
+    left = case_without(case, ["lower", "push"])
+    assert left["actions"]["controls"] == {"lower": {"kind": "drive", "joint": "tin", "position": never}}
+
+
 def test_what_a_repeat_makes_goes_with_its_cause_and_a_namesake_stays() -> None:
     case = data_of(TEXT)
     case["actions"]["controls"] = {

@@ -110,10 +110,18 @@ prompt: A chain.
 scene: {duration: 1}
 bodies:
   chain: {kind: chain, links: 5, link_length: 0.1, radius: 0.01, pose: {pos: [0, 0, 1]}}
+  arm:
+    kind: articulated
+    links:
+      post: {joint: {kind: fixed}, shape: {kind: box, size: [0.1, 0.1, 0.3]}}
+      hand: {parent: post, joint: {kind: hinge, axis: y}, pose: {pos: [0, 0, 0.2]}, shape: {kind: sphere, radius: 0.05}}
+    pose: {pos: [1, 0, 0.2]}
 """
     run: Any = SimpleNamespace(resolution=resolve_case(load_text(text, Path("case.yaml"))))
     target: Any = SimpleNamespace(label="chain", copy="chain")
     assert 0.5 <= facts._size(target, run) <= 0.52
+    target = SimpleNamespace(label="arm.hand", copy="arm")
+    assert facts._size(target, run) == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,9 @@ _NUMBER = re.compile(r"_(\d+|\$\{.*\})$")
 def case_without(case: Data, names: Collection[str], times: Mapping[str, float | None] | None = None) -> Data:
     """Return a case without its film, and without the named bodies, statics and controls and all references to them.
 
-    An expectation that counts from (`on`) an event of these counts from the time of that event instead.
+    A drive to a position or velocity does not go, for a motor without a drive gives no force: it never begins, so the
+    joint is held where it starts. An expectation that counts from (`on`) an event of these counts from the time of
+    that event instead.
 
     Args:
         case: The case.
@@ -44,7 +46,13 @@ def case_without(case: Data, names: Collection[str], times: Mapping[str, float |
     left = {key: row for key, row in copy.deepcopy(case).items() if key not in ("render", "variants", "sweeps")}
     scene, actions = left.get("scene") or {}, left.get("actions") or {}
     several = {name for part in PARTS for name, row in (actions.get(part) or {}).items() if "repeat" in row}
-    for rows in (left.get("bodies") or {}, scene.get("statics") or {}, actions.get("controls") or {}):
+    controls = actions.get("controls") or {}
+    held = {name: mode for name in names if (mode := _holding_mode(controls.get(name)))}
+    for name, mode in held.items():
+        never = {"kind": "constant", "value": 0, "start": scene["duration"]}
+        controls[name] = {key: value for key, value in controls[name].items() if key != "on"} | {mode: never}
+    names = [name for name in names if name not in held]
+    for rows in (left.get("bodies") or {}, scene.get("statics") or {}, controls):
         for name in names:
             rows.pop(name, None)
     gone = {*names, *(f"{name}_*" for name in several.intersection(names))}
@@ -69,6 +77,13 @@ def case_without(case: Data, names: Collection[str], times: Mapping[str, float |
             del actions[part][name]
             gone |= {name, f"{name}_*"} if name in several else {name}
     return left
+
+
+def _holding_mode(control: Data | None) -> str | None:
+    """Return `position` or `velocity` for a drive that holds its joint before it begins; None for what does not."""
+    if control is None or control.get("kind") != "drive":
+        return None
+    return next((mode for mode in ("position", "velocity") if mode in control), None)
 
 
 def _by_the_clock(row: Data, times: Mapping[str, float | None] | None) -> Data:
@@ -157,14 +172,16 @@ def compare_causes(
     Returns:
         A fact for each effect; none if the plan names no cause.
     """
-    facts, times = [], _first_times(run) if run is not None else None
+    facts, times, whole = [], _first_times(run) if run is not None else None, revising.data_of(text)
+    controls = (whole.get("actions") or {}).get("controls") or {}
+    held = {name: f"`{name}` (its joint held)" for name, row in controls.items() if _holding_mode(row)}
     runs: dict[frozenset[str], tuple[str, Found] | RunError] = {}
     for requirement, names in plan.causes.items():
-        description, causes = f"without {', '.join(f'`{name}`' for name in names)}", frozenset(names)
+        description, causes = f"without {', '.join(held.get(name, f'`{name}`') for name in names)}", frozenset(names)
         if causes not in runs and len(runs) >= MAX_CAUSES:
             facts.append(Fact(requirement, None, f"not run {description}: {MAX_CAUSES} causes are tested at most"))
             continue
-        case = case_without(revising.data_of(text), causes, times)
+        case = case_without(whole, causes, times)
         examined = examine(format_text(json.dumps(case, ensure_ascii=False)), path)
         effects = _effects(plan, requirement, case)
         if not effects:

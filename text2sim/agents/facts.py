@@ -177,15 +177,18 @@ def _mass(target: "RecordedTarget", run: JudgedRun) -> float:
 
 
 def _size(target: "RecordedTarget", run: JudgedRun) -> float:
-    """Longest side [m] of the box around a body as it starts, along its own axes."""
+    """Longest side [m] of the box around a body as it starts, or around one of its links, along its own axes."""
     from text2sim.compiler.shapes.extents import body_extents, extents
     from text2sim.compiler.trees.link_trees import tree_extents
 
-    if target.label != target.copy:
-        raise ValueError(f"`{target.label}` is a link, of which no size is known")
     (copy,) = (copy for copy in run.resolution.placed[body_of(target.copy)] if copy.name == target.copy)
     folder = run.resolution.loaded.folder
-    if copy.shape is not None:
+    if target.label != target.copy:
+        link = (getattr(copy.model, "links", None) or {}).get(target.label.rpartition(".")[2])
+        if link is None or link.shape is None:
+            raise ValueError(f"`{target.label}` is a link, of which no size is known")
+        low, high = extents(link.shape, IDENTITY, folder)
+    elif copy.shape is not None:
         low, high = extents(copy.shape, IDENTITY, folder)
     else:
         low, high = body_extents(copy.model, IDENTITY, folder, tree_extents)

@@ -187,7 +187,7 @@ class JointDynamics(Model):
 
 
 class Actuator(Model):
-    """A motor on a joint: a PD servo with a limited force."""
+    """A motor on a joint: a PD servo with a limited force; without a drive it gives none."""
 
     stiffness: NonNegative = 0.0
     """Proportional gain kp [N/m or N m/rad]; 0 for a velocity motor."""
