@@ -113,7 +113,7 @@ bodies:
   arm:
     kind: articulated
     links:
-      post: {joint: {kind: fixed}, shape: {kind: box, size: [0.1, 0.1, 0.3]}}
+      post: {shape: {kind: box, size: [0.1, 0.1, 0.3]}}
       hand: {parent: post, joint: {kind: hinge, axis: y}, pose: {pos: [0, 0, 0.2]}, shape: {kind: sphere, radius: 0.05}}
     pose: {pos: [1, 0, 0.2]}
 """
