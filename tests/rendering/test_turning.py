@@ -59,6 +59,15 @@ def test_only_round_bodies_hide_their_turning(make_run: MakeRun, mesh: Any, axis
                      if unseen else "")  # fmt: skip
 
 
+@pytest.mark.parametrize(("spin", "unseen"), [(12.0, False), (0.0, True)])
+def test_a_link_that_turns_along_shows_it(make_run: MakeRun, spin: float, unseen: bool) -> None:
+    still = {"velocity": (0, 0, 0)}
+    mark = {"of": "body", "half": 0.1, "pos": (0.3, 0, 0.5), "spin": spin} | still
+    run = make_run({"body": {"half": 0.5, "pos": (0, 0, 0.5), "spin": 12.0} | still, "mark": mark})
+    np.savez(run / "geometry" / "body.npz", vertices=BALL.vertices, faces=BALL.faces)
+    assert bool(remarks(run)) == unseen
+
+
 def test_grain_shows_that_a_ball_turns(make_run: MakeRun) -> None:
     assert not remarks(spinning(make_run, BALL, (0.0, 1.0, 0.0), finish="wood"))
     assert remarks(spinning(make_run, BALL, (0.0, 1.0, 0.0), finish="polished_metal"))

@@ -28,6 +28,8 @@ FACETING = 0.15
 Vertices of a prism of n sides are at most sin(pi / n) from those of the turned one: 0.2 for 16 sides, and 0.1 at the
 angles of `TRIALS`; for 12 sides, whose edges show that it turns, 0.22.
 """
+TOGETHER = 0.05
+"""Largest angle [rad] by which links that turn together turn against each other."""
 MAX_VERTICES = 4_000
 
 
@@ -45,32 +47,47 @@ def unseen_turns(recording: FilmRecord, pictures: Sequence[Frame]) -> dict[str, 
     if not worn or len(pictures) < 2:
         return {}
     times = dict.fromkeys(frame.t for frame in pictures if not frame.again)
-    quats = np.array([recording.states.poses(t)[1] for t in times], float)
+    poses = [recording.states.poses(t) for t in times]
+    places, quats = poses[0][0], np.array([quats for _, quats in poses], float)
+    orientations = {link: Rotation.from_quat(quats[:, link], scalar_first=True) for link in worn}
     found: dict[str, float] = {}
-    for link, parts in worn.items():
-        axis, turns = _turned(quats[:, link])
-        if turns >= LEAST_TURNS and _same_all_round(parts, axis):
-            name = body_of(parts[0].body)
+    for link, own in orientations.items():
+        axis, turns = _turned(own)
+        if turns < LEAST_TURNS:
+            continue
+        drawn = []
+        for other, parts in worn.items():
+            relative = own.inv() * orientations[other]
+            if parts[0].body != worn[link][0].body or (relative[0].inv() * relative).magnitude().max() > TOGETHER:
+                continue  # a link that does not turn along
+            offset = own[0].inv().apply(places[other] - places[link])
+            drawn += [(part, relative[0], offset) for part in parts]
+        if _same_all_round(drawn, axis):
+            name = body_of(worn[link][0].body)
             found[name] = max(found.get(name, 0.0), turns)
     return found
 
 
-def _turned(quats: Array) -> tuple[Array, float]:
+def _turned(turns: Rotation) -> tuple[Array, float]:
     """Return the axis about which something turns most, in its own frame, and how far apart its turns about it reach.
 
     Args:
-        quats: Its orientations (w, x, y, z), shape (F, 4).
+        turns: Its orientations, F of them.
     """
-    turns = Rotation.from_quat(quats, scalar_first=True)
     steps = (turns[:-1].inv() * turns[1:]).as_rotvec()
     axis = np.linalg.eigh(steps.T @ steps)[1][:, -1]
     return axis, float(np.ptp(np.cumsum([0.0, *(steps @ axis)])) / (2 * np.pi))
 
 
-def _same_all_round(parts: Sequence[WornMesh], axis: Array) -> bool:
-    """Return whether what is drawn of a link looks the same however it is turned about an axis through its middle."""
+def _same_all_round(parts: Sequence[tuple[WornMesh, Rotation, Array]], axis: Array) -> bool:
+    """Return whether parts look the same however they are turned together about an axis through their middle.
+
+    Args:
+        parts: Each with the orientation and position [m] of its link's frame.
+        axis: In the same frame.
+    """
     corners: dict[object, list[Array]] = defaultdict(list)
-    for part in parts:
+    for part, orientation, place in parts:
         look = part.look
         if look.picture or look.decoration or look.finish not in PLAIN_FINISHES:
             return False
@@ -78,7 +95,7 @@ def _same_all_round(parts: Sequence[WornMesh], axis: Array) -> bool:
             vertices = arrays["vertices"].astype(float)
         vertices = vertices[:: -(-len(vertices) // MAX_VERTICES)]
         turn = Rotation.from_quat(part.quat, scalar_first=True)
-        corners[look.color].append(turn.apply(vertices) + part.pos)
+        corners[look.color].append(orientation.apply(turn.apply(vertices) + part.pos) + place)
     of_color = [np.concatenate(rows) for rows in corners.values()]
     middle = np.concatenate(of_color).mean(axis=0)
     for points in of_color:
