@@ -38,6 +38,7 @@ def action_context(plan: Plan) -> dict[str, Any]:
     return {
         "velocities": [row for row in plan.velocities if row.entity not in plan.deformables],
         "soft_velocities": soft_velocities,
+        "fading": any("fading_sine(" in made for made in _schedules(plan)),
         "splines": any("spline(" in made for made in _schedules(plan)),
         "later_drives": any(row.later for row in plan.drives),
         "pivots": any(row.pivot is not None for row in plan.welds),

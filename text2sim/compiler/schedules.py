@@ -5,7 +5,7 @@ The program's own functions of the same names (`templates/actions/schedules.py.j
 
 from bisect import bisect_right
 from itertools import pairwise
-from math import pi, radians, sin
+from math import inf, pi, radians, sin
 
 from text2sim.compiler.literal import Code, literal
 from text2sim.spec_schema.models.motion import Constant, Oscillate, Piecewise, Ramp, Schedule, Sine, Steps, Waypoints
@@ -25,7 +25,7 @@ def value_at(schedule: Schedule, t: float, before: float = 0.0) -> float:
         return first + (schedule.to - first) * eased(u, schedule.ease)
     if isinstance(schedule, Sine):
         phase = 2 * pi * schedule.frequency * (t - schedule.start) + radians(schedule.phase_deg)
-        return schedule.offset + schedule.amplitude * sin(phase)
+        return schedule.offset + schedule.amplitude * _strength(schedule, t) * sin(phase)
     if isinstance(schedule, Steps):
         return schedule.values[max(bisect_right(schedule.times, t) - 1, 0)]
     if isinstance(schedule, Piecewise):
@@ -42,6 +42,15 @@ def value_at(schedule: Schedule, t: float, before: float = 0.0) -> float:
         rest = first + eased(u, "smooth") * (last - first)
         return rest + step * u * (1 - u) * (a * (1 - u) - b * u)
     return schedule.value if isinstance(schedule, Constant) else schedule
+
+
+def _strength(sine: Sine, t: float) -> float:
+    """Return the part of its amplitude that a sine has at a time."""
+    left = inf if sine.end is None else sine.end - t
+    inside = min(t - sine.start, left)
+    if not sine.fade:
+        return 1.0 if left > 0.0 else 0.0
+    return eased(min(max(inside / sine.fade, 0.0), 1.0), "smooth")
 
 
 def eased(u: float, ease: str) -> float:
@@ -98,13 +107,15 @@ def constructor(schedule: Schedule, before: float | Code = 0.0) -> Code:
             "ramp", start=schedule.start, end=schedule.end, before=first, after=schedule.to, ease=schedule.ease
         )
     if isinstance(schedule, Sine):
+        ends = {"end": schedule.end, "fade": schedule.fade} if schedule.fades else {}
         return call_of(
-            "sine",
+            "fading_sine" if ends else "sine",
             amplitude=schedule.amplitude,
             frequency=schedule.frequency,
             offset=schedule.offset,
             phase=radians(schedule.phase_deg),
             start=schedule.start,
+            **ends,
         )
     if isinstance(schedule, Steps):
         return call_of("steps", times=schedule.times, values=schedule.values)

@@ -53,7 +53,7 @@ def _value(name: str, a: dict[str, Any], t: float) -> float:
     if name == "ramp":
         u = {"kind": "ramp", "start": a["start"], "end": a["end"], "to": a["after"], "ease": a["ease"]}
         return value_at(Ramp.model_validate({**u, "from": a["before"]}), t)
-    if name == "sine":
+    if name in ("sine", "fading_sine"):
         rest = {key: value for key, value in a.items() if key != "phase"}
         return value_at(Sine.model_validate({"kind": "sine", **rest, "phase_deg": degrees(a["phase"])}), t)
     if name == "steps":

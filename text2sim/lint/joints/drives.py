@@ -151,7 +151,7 @@ def _jump(mode: str, t: float, end: float, old: float, new: float) -> Demand:
 
 def _peaks(sine: Sine, start: float, end: float) -> Iterator[float]:
     """Yield the first two extrema [s] of a sine after `start`: a maximum and a minimum."""
-    half = 0.5 / sine.frequency
+    half, start = 0.5 / sine.frequency, max(start, sine.start + sine.fade)
     first = sine.start + (pi / 2 - radians(sine.phase_deg)) / (2 * pi * sine.frequency)
     first += -(-(start - first) // half) * half
     for k in range(2):

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from text2sim.compiler.soft.settings import STRETCH_ITERATIONS
+from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftFacts
@@ -19,6 +20,10 @@ TIME_PER_POINT = {"mpm": 1.6e-6, "pbd": 1.15e-6, "fem": 1.8e-5, "sap": 1.2e-4}
 """Wall time [s] of a substep per solver, and per particle or tetrahedron. Fitted to runs on two cores: mpm with
 1.7 to 11.6 thousand particles 3.6 to 17 ms, pbd with 0.6 to 5 thousand 3 to 9 ms, fem with 2.2 to 4.7 thousand
 tetrahedra 47 to 75 ms, under sap with 1 to 4 thousand 95 to 516 ms."""
+SAP_PIECE_TIME = 0.04
+"""What each convex piece of rigid bodies and statics adds to that under sap [s]. The engine fills it with tetrahedra: a
+box with 330 to 3,100, a sphere with 3,800, each capsule of a ring with 1,400. With 1, 4 and 20 pieces and 209
+tetrahedra of a soft body, a substep took 0.12, 0.17 and 0.7 s on two cores with other work to do."""
 SWEEP_TIME = (2.8e-4, 4e-8)
 """What each sweep over the threads of pbd cloth adds to that [s], and per particle: 720, 2,693 and 5,920 particles took
 5.7, 8.8 and 15 ms with 4 sweeps, 2,693 with 16 sweeps 16 ms, 5,920 with 32 sweeps 36 ms: on cores with five times as
@@ -76,11 +81,23 @@ def _soft_substep(facts: Facts, counts: dict[str, float], sweeps: float) -> floa
     sweeping = sweeps * (base + each * counts.get("pbd", 0.0))
     sap = facts.once(SoftFacts).model == "sap"
     kinds = {solver: "sap" if solver == "fem" and sap else solver for solver in counts}
-    return sweeping + sum(
-        SUBSTEP_TIME[kind] + TIME_PER_POINT[kind] * counts[solver]
-        for solver, kind in kinds.items()
-        if kind in SUBSTEP_TIME
+    rigid = SAP_PIECE_TIME * _sap_pieces(facts)
+    return (
+        sweeping
+        + rigid
+        + sum(
+            SUBSTEP_TIME[kind] + TIME_PER_POINT[kind] * counts[solver]
+            for solver, kind in kinds.items()
+            if kind in SUBSTEP_TIME
+        )
     )
+
+
+def _sap_pieces(facts: Facts) -> int:
+    """Return the number of convex pieces of rigid bodies and statics under contact model sap; 0 under others."""
+    if facts.once(SoftFacts).model != "sap":
+        return 0
+    return sum(len(facts.parts(copy)) for copy in facts.copies.values() if not is_soft(copy.model))
 
 
 def cost(facts: Facts) -> str:
@@ -99,6 +116,8 @@ def cost(facts: Facts) -> str:
     left = max(STRETCH_ITERATIONS[0], sweeps / COARSER**2) if eased else sweeps
     faster = (_soft_substep(facts, counts, sweeps) + rigid) / (_soft_substep(facts, fewer, left) + rigid)
     faster *= COARSER if most == "mpm" else 1.0
+    if pieces := _sap_pieces(facts):
+        points = (*points, f"{pieces} convex rigid pieces ({SAP_PIECE_TIME} s each in a substep)")
     return (
         f"{', '.join(points)}, {1.0 / facts.substep:,.0f} substeps per simulated second; with {_grains(most)} one and "
         f"a half times as large it is about {faster:.2g} times as fast"
@@ -159,9 +178,10 @@ bodies:
         reason=f"""\
 On two cores, a substep takes about 1 ms plus {TIME_PER_POINT["mpm"] * 1e6:g} us per mpm particle, 1.4 ms plus
 {TIME_PER_POINT["pbd"] * 1e6:g} us per pbd particle and {SWEEP_TIME[0] * 1e3:g} ms for each sweep over its threads, and
-{TIME_PER_POINT["fem"] * 1e6:g} us per tetrahedron ({TIME_PER_POINT["sap"] * 1e6:g} us under contact model sap). Half
-the cell makes eight times as many particles and twice as many substeps. The rule reports estimates of more than
-{LONG_RUN / 60:g} minutes; they are accurate within a factor of two.""",
+{TIME_PER_POINT["fem"] * 1e6:g} us per tetrahedron; under contact model sap {TIME_PER_POINT["sap"] * 1e6:g} us, and
+{SAP_PIECE_TIME * 1e3:g} ms for each convex piece of rigid bodies and statics. Half the cell makes eight times as many
+particles and twice as many substeps. The rule reports estimates of more than {LONG_RUN / 60:g} minutes; they are
+accurate within a factor of two.""",
         remedy="Use coarser cells, a shorter duration, softer materials (longer steps), or fewer bodies.",
         example="""\
 scene: {duration: 5.0}

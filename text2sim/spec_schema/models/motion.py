@@ -88,6 +88,22 @@ class Sine(Model):
     """Phase [deg] at `start`."""
     start: Seconds = 0.0
     """Time [s]."""
+    end: Seconds | None = None
+    """Time [s] from which it is `offset`; by default it goes on."""
+    fade: Seconds = 0.0
+    """Time [s] in which the amplitude grows from 0 at `start`, smoothly, and falls to 0 before `end`. With 0, a sine of
+    a position sets off with a jump of velocity, which shakes off what stands loose."""
+
+    @model_validator(mode="after")
+    def _order(self) -> "Sine":
+        if self.end is not None and self.end - self.start < max(2 * self.fade, 1e-9):
+            raise ValueError(f"end must be later than start by two `fade` (got {self.start:g} and {self.end:g})")
+        return self
+
+    @property
+    def fades(self) -> bool:
+        """Whether its amplitude changes."""
+        return self.end is not None or self.fade > 0
 
 
 Schedule = Real | Annotated[Constant | Ramp | Steps | Piecewise | Sine, ByKind()]
