@@ -189,6 +189,19 @@ def test_a_cloth_hangs_below_what_stands_lowest() -> None:
     assert pbd(resolve(f"  a: {SHEET}\n{peg}", "gravity: [0, 0, -9.81]")).low[2] < 0.5 - 0.4
 
 
+def test_what_is_held_throughout_does_not_fall() -> None:
+    """Nothing is below the cube: only the length of its diagonal has room there, unless it is let go or can tear."""
+    tie = "tie: {kind: attach, body: a, region: {face: bottom}, to: world}"
+
+    def lowest(controls: str, more: str = "") -> float:
+        return mpm(resolve(f"  a: {CUBE}{more}}}", "", f"actions: {{controls: {{{controls}}}}}")).low[2]
+
+    cell = mpm(resolve(f"  a: {CUBE}}}", "")).cell
+    assert 0.25 - 0.1 * sqrt(3) - 6 * cell < lowest(tie) < 0.25 - 0.1 * sqrt(3)
+    assert lowest(f"{tie}, let_go: {{kind: release, attach: tie, at: 0.5}}") < -0.5
+    assert lowest(tie, ", material: {tear_stretch: 1.3}") < -0.5
+
+
 def test_bounds_follow_what_is_carried_and_pushed_ahead() -> None:
     def x_of(kind: str, pos: str, size: str) -> float:
         solid = f"""  plate:

@@ -128,7 +128,10 @@ def domain_box(
     """
     boxes = [extents_of(copy, folder) for copy in copies]
     own = [swept(box, travel.holds.get(copy.name, NOWHERE)) for copy, box in zip(copies, boxes, strict=True)]
-    falls = [_fall(*box, surroundings, scene)[2] for box in boxes]
+    falls = [
+        _fall(*box, surroundings, scene, hanging=_hanging(copy, box, travel))[2]
+        for copy, box in zip(copies, boxes, strict=True)
+    ]
     reach = max(_sideways_reach(c, box, fall, scene) for c, box, fall in zip(copies, boxes, falls, strict=True))
     length = max(max(b - a for a, b in zip(*box, strict=True)) for box in boxes)
     for part in (1.0, 0.5, 0.25):
@@ -160,6 +163,7 @@ def path_bounds(copy: Copy, surroundings: Surroundings, scene: Scene, travel: Tr
         if all(a[k] < middle[k] < b[k] for k in (0, 1)) and b[2] <= box[0][2] + MAX_RESTING_GAP
     ]
     z = max(z, min(max(below, default=-MAX_FOLLOWED_DISTANCE) - box[0][2], 0.0)) if z < 0.0 else z
+    z = max(z, -_hanging(copy, box, travel))
     return _flown(copy, box, (x, y, z), surroundings, scene, travel, math.inf)
 
 
@@ -279,7 +283,8 @@ def _domain_box(
     reach: float,
 ) -> Bounds:
     whole = around(corner for box in own for corner in box)
-    fall = _fall(*whole, surroundings, scene)
+    hanging = max(_hanging(copy, box, travel) for copy, box in zip(copies, own, strict=True))
+    fall = _fall(*whole, surroundings, scene, hanging=hanging)
     flown = [_flown(c, box, fall, surroundings, scene, travel) for c, box in zip(copies, own, strict=True)]
     low, high = around(corner for box in flown for corner in box)
     box = (low[0] - reach, low[1] - reach, low[2]), (high[0] + reach, high[1] + reach, high[2])
@@ -297,10 +302,23 @@ def _domain_box(
     return (low[0] - margin, low[1] - margin, bottom - margin), (high[0] + margin, high[1] + margin, top + margin)
 
 
+def _hanging(copy: Copy, box: Bounds, travel: Travel) -> float:
+    """Return how far [m] a body that is held can hang below its place; infinite for one that is not."""
+    return dist(*box) if copy.name in travel.hanging else math.inf
+
+
 def _fall(
-    low: Vec, high: Vec, surroundings: Surroundings, scene: Scene, farthest: float = MAX_FOLLOWED_DISTANCE
+    low: Vec,
+    high: Vec,
+    surroundings: Surroundings,
+    scene: Scene,
+    farthest: float = MAX_FOLLOWED_DISTANCE,
+    hanging: float = math.inf,
 ) -> Vec:
-    """Return how far [m] gravity takes bodies: to the floor, to what stands lowest, or as far as they are followed."""
+    """Return how far [m] gravity takes bodies: to the floor, to what stands lowest, or as far as they are followed.
+
+    None of them gets lower than by `hanging`.
+    """
     size = sum(g * g for g in scene.gravity) ** 0.5
     if size == 0.0:
         return (0.0, 0.0, 0.0)
@@ -312,7 +330,7 @@ def _fall(
         if floors or below:
             # All the way to a floor, even if the time is too short to get there.
             z = min((max(floors) if floors else min(below)) - low[2], 0.0)
-    return (x, y, z)
+    return (x, y, max(z, -hanging))
 
 
 def _nearby(box: Bounds, surroundings: Surroundings, reach: float, margin: float) -> list[Bounds]:

@@ -6,6 +6,7 @@ from itertools import pairwise
 from math import hypot
 
 from text2sim.compiler.controls import ControlRows
+from text2sim.compiler.plan import Hold
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.prescribed import displacements
 from text2sim.compiler.schedules import SCHEDULE_SAMPLES, largest, value_at
@@ -13,11 +14,12 @@ from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, around
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_plus, vector_times, vector_unit
 from text2sim.compiler.soft.streams import stream_velocity
 from text2sim.spec_schema.models.base import span_of
-from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid, SliderMount
+from text2sim.spec_schema.models.bodies import Articulated, Driven, FixedMount, Rigid, SliderMount
 from text2sim.spec_schema.models.controls import Control
 from text2sim.spec_schema.models.fields import Attraction, Vortex, Wind
 from text2sim.spec_schema.models.motion import Schedule, Spin
 from text2sim.spec_schema.models.sheets import Sheet
+from text2sim.spec_schema.models.soft_bodies import Soft
 
 MAX_FOLLOWED_DISTANCE = 2.0
 """How far [m] a body that nothing stops is followed."""
@@ -37,6 +39,8 @@ class Travel:
     """Displacements of deformable bodies by forces and fields."""
     starts: dict[str, Vec]
     """Velocities [m/s] of deformable bodies at the start, and of streams."""
+    hanging: frozenset[str]
+    """Soft bodies that something which cannot fall holds throughout, so that they fall by their length at most."""
 
 
 def travel(
@@ -103,7 +107,19 @@ def travel(
             _carry(flights, control, copies[name], duration)
     spins = {name for name, copy in copies.items() if isinstance(getattr(copy.model, "motion", None), Spin)}
     spins |= {row.entity for row in rows.velocities if hypot(*row.angular) and row.entity in masses}
-    return Travel(motors, frozenset(spins), holds, flights, starts)
+    hanging = {hold.entity for hold in rows.holds if _holds_up(hold, copies)}
+    return Travel(motors, frozenset(spins), holds, flights, starts, frozenset(hanging))
+
+
+def _holds_up(hold: Hold, copies: dict[str, Copy]) -> bool:
+    """Return whether a soft body cannot fall, since a static or a body on a fixed or sliding mount always holds it."""
+    model = copies[hold.entity].model
+    if not isinstance(model, Soft) or model.material.tear_stretch is not None or hold.until or hold.start > 0.0:
+        return False
+    mounts = [getattr(copies[name].model, "mount", None) for name in hold.to]
+    return all(mount is None or isinstance(mount, FixedMount | SliderMount) for mount in mounts) and not any(
+        isinstance(copies[name].model, Articulated) or _is_free(copies[name]) for name in hold.to
+    )
 
 
 def _is_free(copy: Copy) -> bool:
