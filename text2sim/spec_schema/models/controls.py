@@ -109,7 +109,7 @@ class Drive(Acting):
     velocity: Schedule | None = None
     """Target [rad/s or m/s]; needs `damping`."""
     force: Schedule | None = None
-    """Force [N] or torque [N m]."""
+    """Force [N] or torque [N m], whatever the gains; 0 disconnects the motor."""
     on: Name | None = None
     """Name of an event (see `release`): the drive begins at its first time, from which the times of the target count. A
     ramp without `from` starts at the previous target."""
