@@ -24,7 +24,7 @@ class Sheet(Model):
     sag: NonNegative = 0.0
     """Depth [m] of its middle at the start below its left and right edges, as in a hammock or awning; at most 0.45 of
     its length L. The sheet is then a parabola of length L with the origin between its ends, which are
-    `L - 8/3 sag^2 / L` apart, within 1 % up to a fifth of L."""
+    `L - 8/3 sag^2 / L` apart, within 1 % up to a fifth of L: a trough, open along x."""
     ends: Length | None = None
     """With `sag`: width [m] of its left and right edges, by default that of the sheet. Gathered to a small part of it,
     as by the cords of a hammock, they let the sides stand up. These then hang 30 % less deep, so that a load stays in
