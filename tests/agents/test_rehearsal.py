@@ -331,3 +331,12 @@ def test_a_run_without_a_cause_has_to_show_something(causes: list[str], bound: l
     assert len(rows) == bool(fault)
     assert fault in "".join(rows)
     assert not rows or "/causes/felled: a run without `" in rows[0]
+
+
+def test_a_repeated_expectation_counts_as_a_whole() -> None:
+    checks = {"expect": {"full": {"measure": "m", "at": "end", "above": 1, "repeat": 3}, "moves": {"event": "e"}}}
+    meets = {"filled": ["full_0", "full_2", "moves"], "other": ["full"]}
+    plan = CasePlan.model_validate({"name": "a", "event": "b", "checks": checks, "meets": meets, "keeps": ["full_1"]})
+    assert plan.meets == {"filled": ["full", "moves"], "other": ["full"]}
+    assert plan.keeps == ["full"]
+    assert CasePlan(name="c", event="d").keeps == []

@@ -3,6 +3,7 @@
 A `Form` rejects unknown keys, since they would silently have no effect. Other answers ignore them, to save a call.
 """
 
+import re
 from typing import Annotated, Any, Literal, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
@@ -192,6 +193,20 @@ class CasePlan(Form):
     """Task of each Writer."""
     cards: dict[str, list[Annotated[str, StringConstraints(max_length=80)]]] = {}
     """Ids of Debug Cards for each Writer."""
+
+    @model_validator(mode="after")
+    def _whole_repeats(self) -> "CasePlan":
+        """Accept `NAME_0` under `keeps` and `meets` for an expectation with `repeat`, which counts as a whole."""
+        repeated = [name for name, row in self.checks.expect.items() if "repeat" in row]
+
+        def whole(names: list[str]) -> list[str]:
+            found = [next((one for one in repeated if re.fullmatch(rf"{one}_\d+", name)), name) for name in names]
+            return list(dict.fromkeys(found))
+
+        self.keeps[:] = whole(self.keeps)
+        for names in self.meets.values():
+            names[:] = whole(names)
+        return self
 
 
 class Route(Form):
