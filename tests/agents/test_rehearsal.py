@@ -9,7 +9,7 @@ from text2sim.agents.conversation import Wrong, typed_parser
 from text2sim.agents.language import body_kinds
 from text2sim.agents.models.parsing import read_reply
 from text2sim.agents.rehearsal import plan_faults
-from text2sim.agents.replies import CasePlan, Decision, Opening
+from text2sim.agents.replies import CasePlan, Decision, Opening, PlannedBody
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source
 
@@ -340,3 +340,8 @@ def test_a_repeated_expectation_counts_as_a_whole() -> None:
     assert plan.meets == {"filled": ["full", "moves"], "other": ["full"]}
     assert plan.keeps == ["full"]
     assert CasePlan(name="c", event="d").keeps == []
+
+
+def test_a_body_whose_kind_is_its_shape_may_say_so_twice() -> None:
+    assert PlannedBody(kind="beam", shape="beam").shape == ""
+    assert PlannedBody(kind="rigid", shape="box").shape == "box"

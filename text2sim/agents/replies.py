@@ -62,6 +62,13 @@ class PlannedBody(Form):
     what: Line = ""
     """Size, material, initial place, purpose."""
 
+    @model_validator(mode="after")
+    def _shape_of_its_own(self) -> "PlannedBody":
+        """Accept the kind as shape: a beam, chain or net has no other."""
+        if self.shape == self.kind:
+            self.shape = ""
+        return self
+
 
 class Asset(Form):
     """A shape or mechanism that an asset agent makes before the bodies are written."""
