@@ -15,7 +15,7 @@ HERE = Path(__file__).parent
 ROWS = json.loads((HERE / "recorded" / "user_requests.json").read_text("utf-8"))["rows"]
 PAGE = (HERE.parents[1] / "docs" / "evaluation_results.md").read_text("utf-8")
 PROMPTS = read_suite(HERE / "recorded" / "user_requests.yaml")[0].prompts
-FIVE_MORE = [*PROMPTS][4:]
+FIVE_MORE, THREE_MORE = [*PROMPTS][4:9], [*PROMPTS][9:]
 METHODS, KINDS = ("text2sim-with-cards", "agent-no-cards"), ("physical", "visual")
 
 
@@ -23,7 +23,7 @@ def mark(prompt, method, kind):
     marks = [
         total(row, PROMPTS) for row in ROWS if (row["prompt"], row["method"], row["kind"]) == (prompt, method, kind)
     ]
-    assert len(marks) == (2 if prompt in FIVE_MORE else 3), "judges"
+    assert len(marks) == (2 if prompt in (*FIVE_MORE, *THREE_MORE) else 3), "judges"
     return mean(marks)
 
 
@@ -36,7 +36,8 @@ def test_kept_replies_give_the_rows(prompt):
 def test_means_and_differences_are_those_of_the_page():
     means = [mean(mark(prompt, method, kind) for prompt in PROMPTS) for method in METHODS for kind in KINDS]
     assert f"| mean of the user requests | {' | '.join(f'{cell:.1f}' for cell in means)} |" in PAGE
-    for name, some in {"first four": [*PROMPTS][:4], "five more": FIVE_MORE, "user requests": [*PROMPTS]}.items():
+    parts = {"first four": [*PROMPTS][:4], "five more": FIVE_MORE, "three more": THREE_MORE}
+    for name, some in (parts | {"user requests": [*PROMPTS]}).items():
         found = [estimate([mark(p, METHODS[0], kind) - mark(p, METHODS[1], kind) for p in some]) for kind in KINDS]
         cells = [f"{x.mean:+.1f} [{x.low:+.1f}, {x.high:+.1f}]".replace("-", "−") for x in found]
         assert f"| {name} | {len(some)} | {' | '.join(cells)} |" in PAGE
@@ -57,4 +58,5 @@ def test_what_was_marked_below_one():
         *(("rubber_flickers", ours, name) for name in ("body.bar", "render.view")),
         *(("tipping_bucket_gush", ours, name) for name in ("action.fills", "action.floats", "render.blue")),
         ("tipping_bucket_gush", bare, "body.water"),
+        ("sand_tubes_pins", ours, "action.spread"),
     }
