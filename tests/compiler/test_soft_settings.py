@@ -200,6 +200,11 @@ def test_what_is_held_throughout_does_not_fall() -> None:
     assert 0.25 - 0.1 * sqrt(3) - 6 * cell < lowest(tie) < 0.25 - 0.1 * sqrt(3)
     assert lowest(f"{tie}, let_go: {{kind: release, attach: tie, at: 0.5}}") < -0.5
     assert lowest(tie, ", material: {tear_stretch: 1.3}") < -0.5
+    box = "shape: {kind: box, size: [0.2, 0.2, 0.1]}, pose: {pos: [0, 0, 0.19]}}"
+    for holder, firm in (("", False), ("mount: {kind: slider, axis: z}, ", False), ("mount: {kind: fixed}, ", True)):
+        bodies = f"  a: {CUBE}}}\n  b: {{kind: rigid, material: {{touch_soft: false}}, {holder}{box}"
+        held = mpm(resolve(bodies, "", f"actions: {{controls: {{{tie.replace('world', 'b')}}}}}")).low[2]
+        assert (held > -0.5) == firm
 
 
 def test_bounds_follow_what_is_carried_and_pushed_ahead() -> None:

@@ -57,9 +57,11 @@ def unseen_turns(recording: FilmRecord, pictures: Sequence[Frame]) -> dict[str, 
             continue
         drawn = []
         for other, parts in worn.items():
+            if parts[0].body != worn[link][0].body:
+                continue
             relative = own.inv() * orientations[other]
-            if parts[0].body != worn[link][0].body or (relative[0].inv() * relative).magnitude().max() > TOGETHER:
-                continue  # a link that does not turn along
+            if (relative[0].inv() * relative).magnitude().max() > TOGETHER:
+                continue  # it does not turn along
             offset = own[0].inv().apply(places[other] - places[link])
             drawn += [(part, relative[0], offset) for part in parts]
         if _same_all_round(drawn, axis):

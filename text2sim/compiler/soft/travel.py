@@ -1,6 +1,6 @@
 """How far motors, prescribed motion, start velocities, forces and fields move bodies."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from math import hypot
@@ -18,6 +18,7 @@ from text2sim.spec_schema.models.bodies import Articulated, Driven, FixedMount, 
 from text2sim.spec_schema.models.controls import Control
 from text2sim.spec_schema.models.fields import Attraction, Vortex, Wind
 from text2sim.spec_schema.models.motion import Schedule, Spin
+from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.models.sheets import Sheet
 from text2sim.spec_schema.models.soft_bodies import Soft
 
@@ -107,18 +108,20 @@ def travel(
             _carry(flights, control, copies[name], duration)
     spins = {name for name, copy in copies.items() if isinstance(getattr(copy.model, "motion", None), Spin)}
     spins |= {row.entity for row in rows.velocities if hypot(*row.angular) and row.entity in masses}
-    hanging = {hold.entity for hold in rows.holds if _holds_up(hold, copies)}
+    hanging = {hold.entity for hold in rows.holds if _holds_up(hold, copies, motors)}
     return Travel(motors, frozenset(spins), holds, flights, starts, frozenset(hanging))
 
 
-def _holds_up(hold: Hold, copies: dict[str, Copy]) -> bool:
-    """Return whether a soft body cannot fall, since a static or a body on a fixed or sliding mount always holds it."""
+def _holds_up(hold: Hold, copies: dict[str, Copy], motors: Collection[str]) -> bool:
+    """Return whether a soft body cannot fall, since what is fixed, or what `motors` move, always holds it."""
     model = copies[hold.entity].model
     if not isinstance(model, Soft) or model.material.tear_stretch is not None or hold.until or hold.start > 0.0:
         return False
-    mounts = [getattr(copies[name].model, "mount", None) for name in hold.to]
-    return all(mount is None or isinstance(mount, FixedMount | SliderMount) for mount in mounts) and not any(
-        isinstance(copies[name].model, Articulated) or _is_free(copies[name]) for name in hold.to
+    return all(
+        name in motors
+        or isinstance(copies[name].model, Static)
+        or isinstance(getattr(copies[name].model, "mount", None), FixedMount)
+        for name in hold.to
     )
 
 

@@ -150,7 +150,7 @@ def _jump(mode: str, t: float, end: float, old: float, new: float) -> Demand:
 
 
 def _peaks(sine: Sine, start: float, end: float) -> Iterator[float]:
-    """Yield the first two extrema [s] of a sine after `start`: a maximum and a minimum."""
+    """Yield the first two extrema [s] of a sine after `start`, once it has faded in: a maximum and a minimum."""
     half, start = 0.5 / sine.frequency, max(start, sine.start + sine.fade)
     first = sine.start + (pi / 2 - radians(sine.phase_deg)) / (2 * pi * sine.frequency)
     first += -(-(start - first) // half) * half

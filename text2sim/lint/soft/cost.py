@@ -28,6 +28,8 @@ SWEEP_TIME = (2.8e-4, 4e-8)
 """What each sweep over the threads of pbd cloth adds to that [s], and per particle: 720, 2,693 and 5,920 particles took
 5.7, 8.8 and 15 ms with 4 sweeps, 2,693 with 16 sweeps 16 ms, 5,920 with 32 sweeps 36 ms: on cores with five times as
 much to do as they can, 1.5 times what the runs above took."""
+LEAST_GAIN = 1.5
+"""How much faster coarser cells have to make a run under sap to be worth a mention."""
 COARSER = 1.5
 """How much larger the cells are of which it is told what they save."""
 POINT_NAMES = {"mpm": "particles", "pbd": "particles", "fem": "tetrahedra", "ipc": "triangles"}
@@ -116,8 +118,11 @@ def cost(facts: Facts) -> str:
     left = max(STRETCH_ITERATIONS[0], sweeps / COARSER**2) if eased else sweeps
     faster = (_soft_substep(facts, counts, sweeps) + rigid) / (_soft_substep(facts, fewer, left) + rigid)
     faster *= COARSER if most == "mpm" else 1.0
-    if pieces := _sap_pieces(facts):
-        points = (*points, f"{pieces} convex rigid pieces ({SAP_PIECE_TIME} s each in a substep)")
+    if (pieces := _sap_pieces(facts)) and faster < LEAST_GAIN:
+        return (
+            f"{pieces} convex rigid pieces take {SAP_PIECE_TIME} s each in {1.0 / facts.substep:,.0f} substeps per "
+            "simulated second: use fewer and simpler rigid bodies and statics, or `decor`, or `solver: mpm`"
+        )
     return (
         f"{', '.join(points)}, {1.0 / facts.substep:,.0f} substeps per simulated second; with {_grains(most)} one and "
         f"a half times as large it is about {faster:.2g} times as fast"

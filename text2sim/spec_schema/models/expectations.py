@@ -41,11 +41,11 @@ class Expect(Model):
     during: Window | Literal["all"] | None = None
     """Span [s]: every value in it must satisfy the bounds, or the `stat` of them."""
     stat: Literal["max", "min", "mean", "std", "range", "change", "reversals", "period", "decrement"] | None = None
-    """With `during`: statistic of the span. `std` is the standard deviation from its mean, `change`
-    the last value less the first: with `on`, what became of it since that event. Of motion back and forth:
-    `reversals`, how often it turns back, twice in a full swing; `period` [s], the mean time of a full swing;
-    `decrement`, the logarithmic decrement, ln of a swing over the one a period later: 0 if they stay as large, 0.69 if
-    each is half as large. These need a measure with a sign: `tilt` and `speed` turn back twice as often."""
+    """With `during`: statistic of the span. `std` is the standard deviation from its mean, `change` the last value less
+    the first (with `on`, since that event). Of motion back and forth: `reversals`, how often it turns back, twice in a
+    full swing; `period` [s], the mean time of a full swing; `decrement`, the logarithmic decrement, ln of a swing over
+    the one a period later: 0 if they stay as large, 0.69 if each is half as large. These need a measure with a sign:
+    `tilt` and `speed` turn back twice as often."""
     swing: Positive | None = None
     """With `reversals`, `period` and `decrement`, required: smallest change that counts, in the unit of the measure."""
     above: Real | None = None
