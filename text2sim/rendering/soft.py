@@ -28,7 +28,7 @@ Around = tuple[int, int, float]
 
 TORN = "rubber"
 """Finish of torn faces."""
-DEPTHS = 1.0
+DEPTHS = 0.6
 """Length of the way [edges of a cube of its volume] on which light takes on the colour of a clear liquid."""
 
 
@@ -263,9 +263,9 @@ def hollows(vertices: Array, faces: NDArray[Any]) -> NDArray[np.bool_]:
 class LiquidSurface:
     """Particles with a surface around all of them.
 
-    A clear liquid refracts and absorbs light, see `water.py`. It has its colour where it is as deep as a cube of its
-    volume is high, is darker where it is deeper, and almost colourless where it is thin. One with the finish of
-    something solid has it where it is thinner, too, the nearer its opacity is to 1: syrup, honey.
+    A clear liquid refracts and absorbs light, see `water.py`. It has its colour where it is about half as deep as a
+    cube of its volume is high, is darker where it is deeper, and almost colourless where it is thin. One with the
+    finish of something solid has it where it is thinner, too, the nearer its opacity is to 1: syrup, honey.
     """
 
     def __init__(self, name: str, part: SoftPart):

@@ -26,7 +26,7 @@ EVENTS = 10
 """Largest number of surfaces of liquids on the way of a ray."""
 GLINT = 12.0
 """Largest radiance that liquids mirror, relative to a white sheet: lamps in ripples would be noise."""
-VEIL = 0.3
+VEIL = 0.45
 """Radiance of the light that a coloured liquid scatters, relative to a white sheet, where it is deep."""
 COVER = "cover"
 """Channel of a picture with its coverage: that of Mitsuba knows only hits and misses."""
