@@ -6,7 +6,7 @@ import pytest
 from text2sim.rendering.finishes import COLOR, _bitmap, material, rippled
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.shapes import mesh_shape
-from text2sim.rendering.trace import healed
+from text2sim.rendering.trace import VEIL, dimmed, healed
 
 
 def test_a_pixel_without_a_value_is_like_those_around_it() -> None:
@@ -21,6 +21,16 @@ def test_a_pixel_without_a_value_is_like_those_around_it() -> None:
     assert mended[lost].max() <= 2
     around = np.delete(picture[2:5, 3:6].reshape(9, 3), 4, axis=0).mean(axis=0)
     assert np.allclose(mended[3, 4], around, rtol=1e-5)
+
+
+def test_wide_reflections_of_glass_fade_and_narrow_ones_stay() -> None:
+    gloss = np.zeros((100, 160, 3))
+    gloss[20:80, 20:100] = 0.2
+    gloss[20:80, 130] = 0.2
+    shown = dimmed(gloss, 1.0)
+    assert np.allclose(shown[30:70, 30:90], 0.2 * VEIL)
+    assert np.allclose(shown[20:80, 130], 0.2)
+    assert not shown[gloss == 0].any()
 
 
 def test_a_picture_without_any_value_is_black() -> None:

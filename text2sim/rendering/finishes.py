@@ -25,9 +25,9 @@ in thin triangles, where the renderer finds no interpolation weights."""
 TEXELS = 1024
 FINEST = 256
 """Largest number of periods of a detail along a texture: finer ones would show the texels in close views."""
-HAZE = 0.045
-"""Fraction of the light that clear glass scatters, which makes it visible."""
-HAZE_OF_COLOR = 0.6
+HAZE = 0.0225
+"""Fraction of the light that a face of clear glass scatters, which makes it visible. A pane has two."""
+HAZE_OF_COLOR = 0.3
 """What is added to that for a transparent colour, as a fraction of its opacity."""
 MILKY = 0.45
 """Fraction of the light that frosted glass scatters; the rest passes straight through and shows its contents."""

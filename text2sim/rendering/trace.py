@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter, uniform_filter
+from scipy.ndimage import grey_opening, maximum_filter, uniform_filter
 
 from text2sim.rendering.background import GUIDES, Background, Mask, crops, faded
 from text2sim.rendering.filters import passed
@@ -46,6 +46,9 @@ BRIGHTEST = 24.0
 SHEEN, GLARE = 0.25, 0.3
 """Radiance of reflections of clear glass, relative to a white sheet, above which they are dimmed, and the fraction of
 the excess that remains: otherwise lamps in a glass tube hide its contents behind bars as white as paper."""
+WIDE, VEIL = 0.05, 0.3
+"""Width of reflections of clear glass, as a fraction of the picture's shorter side, from which they hide what is behind
+them like a veil, and the fraction of those that remains. Photographers take a polariser."""
 RIM = 3
 """Pixels around visible surfaces that are filled like them before denoising."""
 
@@ -248,15 +251,18 @@ def _limited(radiance: Array, gain: float) -> Array:
 
 
 def dimmed(gloss: Array, gain: float) -> Array:
-    """Return reflections of glass (h, w, 3), with lamps dimmed so that they do not outshine what is behind the glass.
+    """Return reflections of glass (h, w, 3) that do not hide what is behind it: neither bright ones nor wide ones.
 
     Args:
         gloss: Radiance of the reflections, shape (h, w, 3).
         gain: Factor that maps a lit white sheet to 1.
     """
-    bright = gloss.max(axis=-1, keepdims=True) * gain
-    soft = SHEEN + GLARE * (bright - SHEEN)
-    return gloss * np.where(bright > SHEEN, soft / np.maximum(bright, 1e-9), 1.0)
+    bright = gloss.max(axis=-1) * gain
+    soft = np.where(bright > SHEEN, SHEEN + GLARE * (bright - SHEEN), bright)
+    width = max(3, round(WIDE * min(bright.shape)))
+    # Opening keeps what is wider in both directions; its blocks are smoothed.
+    wide = np.minimum(uniform_filter(grey_opening(soft, size=(width, width)), width), soft)
+    return gloss * ((soft - (1 - VEIL) * wide) / np.maximum(bright, 1e-9))[..., None]
 
 
 def undimmed(radiance: Array, alpha: Array) -> Array:

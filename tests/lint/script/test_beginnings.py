@@ -62,6 +62,15 @@ def test_an_event_that_is_true_at_the_start(tmp_path, height, event, said):
     assert all(said in problem.message for problem in found)
 
 
+@pytest.mark.parametrize(("bound", "doubted"), [("above: 1.5", False), ("above: 0.5", True), ("below: 0.2", True)])
+def test_a_threshold_to_which_a_measure_returns_is_meant(tmp_path, bound, doubted):
+    low = "{kind: threshold, measure: height, below: 1.2}"
+    case = CASE % ("1", low) + "    high_comes: {event: high}\n"
+    case = case.replace("    other:", f"    high: {{kind: threshold, measure: height, {bound}}}\n    other:")
+    paths = [problem.path for problem in findings(tmp_path, "true-at-start", case)]
+    assert ("/actions/events/it" in paths) == doubted
+
+
 def test_expectations_that_are_true_at_the_start_are_named(tmp_path):
     event = "{kind: threshold, measure: height, below: 0.5}"
     assert report_on(tmp_path, CASE % ("1", event)).held == ["stays"]

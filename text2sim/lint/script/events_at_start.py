@@ -64,13 +64,21 @@ def _threshold(facts: Facts, event: Any) -> str:
     unit = f" {values.unit}".rstrip()
     above = event.above is not None and values.start - values.error > event.above
     below = event.below is not None and values.start + values.error < event.below
-    if not above and not below:
+    if not above and not below or _leaves_first(facts, event):
         return ""
     side, bound = ("above", event.above) if above else ("below", event.below)
     return (
         f"`{event.measure}` is {values.start:.4g}{unit} at the start, already {side} {bound:g}{unit}; it happens only "
         f"when the measure comes back and crosses {bound:g} again"
     )
+
+
+def _leaves_first(facts: Facts, event: Any) -> bool:
+    """Return whether another event finds the measure beyond the bound: then it is the return that is meant."""
+    others = [e for e in facts.case.actions.events.values() if e.kind == "threshold" and e.measure == event.measure]
+    if event.below is not None:
+        return any(other.above is not None and other.above >= event.below for other in others)
+    return any(other.below is not None and other.below <= event.above for other in others)
 
 
 def _region(facts: Facts, event: Any) -> str:
@@ -126,7 +134,7 @@ RULES = (
         reason="""\
 Bodies that touch from the start have contact in the first step, and bodies at rest are at rest at once: such an event
 says nothing about the run. A threshold that is already crossed, and a region that a body is already in, count only when
-they are crossed again.""",
+they are crossed again. It is silent about a threshold if another event finds its measure on the other side.""",
         remedy="""\
 Choose a bound or a region beyond the start, or give another event as `after`. `check` also lists the expectations that
 hold at the start.""",
