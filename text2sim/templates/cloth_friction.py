@@ -1,6 +1,7 @@
-"""Friction of cloth on rigid bodies.
+"""Contact of cloth with rigid bodies: friction, and the force of what is squeezed between two of them.
 
-Genesis 1.4.5 pushes particles of cloth out of rigid bodies, but does not change their tangential velocity.
+Genesis 1.4.5 pushes particles of cloth out of rigid bodies, but does not change their tangential velocity, and gives
+back all the speed with which something lands on a cloth that lies on the ground.
 """
 
 import quadrants as qd
@@ -10,6 +11,7 @@ from genesis.utils.array_class import GeomsInfo, GeomsState, LinksState, RigidIn
 from genesis.utils.sdf import sdf_func_normal_world, sdf_func_world
 
 TINY = 1e-12  # smallest slip in a substep [m], against division by zero
+SETTLING = 0.02  # speed [m/s] of parting bodies at which what they squeeze stops to push; of closing ones, pushes twice
 
 
 def add_friction(body):
@@ -40,9 +42,13 @@ def _collide(
     A displacement dx of a particle of mass m in a substep h stands for an impulse m dx / h, so the ratio of both
     displacements is that of both forces, as in Coulomb's law. Compare Macklin et al., Unified particle physics, 2014,
     equations 23 and 24, for friction between particles.
+
+    A particle that two bodies push towards each other, over the same way d, presses them apart with m d / h^2, as
+    impulses m d / h in each substep would.
     """
     for i, b in qd.ndrange(particles.shape[0], particles.shape[1]):
         if flags[i, b].active:
+            link_a, way_a, normal_a = -1, 0.0, qd.Vector([0.0, 0.0, 0.0], dt=qd.f32)
             for g in range(geoms_info.needs_coup.shape[0]):
                 depth = 0.0
                 if geoms_info.needs_coup[g]:
@@ -52,6 +58,14 @@ def _collide(
                     normal = sdf_func_normal_world(
                         g, b, old, geoms_state, geoms_info, rigid_info, sdf_info, collider_static_config
                     )
+                    press = qd.min(depth, -way_a * normal_a.dot(normal))
+                    if press > 0.0 and link != link_a:
+                        apart = func_vel_at_point(link_a, b, old, links_state)
+                        apart = (apart - func_vel_at_point(link, b, old, links_state)).dot(normal)
+                        force = info[i, b].mass / h**2 * press * qd.math.clamp(1 - apart / SETTLING, 0.0, 2.0)
+                        func_apply_coupling_force(link, b, old, -force * normal, links_state)
+                        func_apply_coupling_force(link_a, b, old, force * normal, links_state)
+                    link_a, way_a, normal_a = link, depth, normal
                     # Resolve earlier overlap without adding velocity.
                     near = reach - sdf_func_world(g, b, particles[i, b].ipos, geoms_state, geoms_info, sdf_info)
                     particles[i, b].ipos += qd.min(qd.max(near, 0.0), depth) * normal
