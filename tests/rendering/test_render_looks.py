@@ -132,6 +132,19 @@ def test_the_wall_stands_behind_cameras_that_others_look_at() -> None:
     assert np.hypot(*walls[1][:, :2].T).min() > 20, "and none of it before a camera that goes round"
 
 
+def test_no_camera_sees_the_ends_of_the_wall() -> None:
+    backdrop, eye = (
+        {"kind": "cyclorama", "level": 0.0, "center": (0.0, 0.0, 0.0), "radius": 0.5},
+        np.array([0, -4.0, 1]),
+    )
+    for degrees, outside in ((3.0, True), (20.0, False)):
+        side = np.radians(degrees)
+        rays = np.array([[0.0, 1.0, -0.2], [-np.sin(side), np.cos(side), 0.0], [np.sin(side), np.cos(side), 0.0]])
+        room = backdrop_mesh(backdrop, [eye], [rays])
+        assert room is not None
+        assert (np.hypot(*room.vertices[:, :2].T).max() < 4) == outside, f"{degrees} degrees to each side"
+
+
 def test_textures_are_finer_in_small_scenes_and_never_show_their_texels() -> None:
     assert [texture_scale(radius) for radius in (0.1, 1.0, 5.0)] == [0.2, 0.5, 1.0]
     for name in ("specks", "clouds", "grain"):

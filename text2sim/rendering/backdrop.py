@@ -314,7 +314,8 @@ def _turned(profile: Array, slopes: Array) -> RenderMesh:
 def _farthest(backdrop: dict[str, Any], eyes: Sequence[Array], rays: Sequence[Array]) -> float:
     """Return the distance [m] of the farthest camera that the wall must not hide.
 
-    Such a camera has a wall behind it, because another camera looks towards it, or it looks past the centre.
+    Such a camera has a wall behind it, because another camera looks towards it, it looks past the centre, or its
+    picture is wider than a wall behind a small scene.
     """
     away = np.array([np.asarray(eye, float)[:2] for eye in eyes]).reshape(-1, 2) - backdrop["center"][:2]
     angle = np.arctan2(away[:, 1], away[:, 0])
@@ -323,6 +324,11 @@ def _farthest(backdrop: dict[str, Any], eyes: Sequence[Array], rays: Sequence[Ar
         looks = np.array([rays_of[0][:2] for rays_of in rays])
         past = _between(angle + np.pi, np.arctan2(looks[:, 1], looks[:, 0])) > SPREAD
         inside |= past & (np.hypot(*looks.T) > 1e-6)
+        corners = [np.arctan2(rays_of[:, 1], rays_of[:, 0]) for rays_of in map(np.asarray, rays)]
+        widest = [_between(angle[k] + np.pi, of).max() for k, of in enumerate(corners)]
+        distance = np.hypot(*away.T)
+        wide = distance * np.sin(np.minimum(widest, np.pi / 2)) > NEAR * backdrop["radius"]
+        inside |= wide & (distance > NEAR * backdrop["radius"])
     return float(np.hypot(*away[inside].T).max(initial=0.0))
 
 
