@@ -26,6 +26,15 @@ bodies:
         look: {shape: {kind: box, size: [0.1, 0.1, 0.1]}}
         hat: {shape: {kind: sphere, radius: 0.04}, pose: {pos: [0, 0, 0.09]}}
     pose: {pos: [1, 0, 0.5]}
+  flag:
+    kind: rigid
+    shape:
+      kind: compound
+      parts:
+        pole: {shape: {kind: box, size: [0.02, 0.02, 0.3]}, look: {color: black}}
+        cloth: {shape: {kind: box, size: [0.2, 0.02, 0.1]}, pose: {pos: [0.1, 0, 0.1]}}
+    repeat: {kind: line, count: 2, step: [0, 0.5, 0], start: [2, 0, 0.5]}
+    look: {color: [red, yellow]}
 actions:
   events: {touch: {kind: contact, between: [keg, floor]}}
   expect: {lands: {event: touch, within: [0.1, 0.5]}}
@@ -35,6 +44,7 @@ STYLE: list[list[dict[str, Any]]] = [
     [{"op": "add", "path": "/bodies/keg/look", "value": {"color": "teal", "finish": "polished_metal"}}],
     [{"op": "add", "path": "/scene/statics/floor/look", "value": {"color": "#222222"}}],
     [{"op": "add", "path": "/bodies/toy/look", "value": {"color": "red"}}],
+    [{"op": "replace", "path": "/bodies/flag/look/color", "value": ["#d80f0f", "#ffc400"]}],
 ]
 PHYSICS: list[dict[str, Any]] = [
     {"op": "replace", "path": "/scene/dt", "value": 0.02},

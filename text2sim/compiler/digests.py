@@ -25,7 +25,7 @@ _PAINT = re.compile(rb' rgba="[^"]*"')
 def sim_digest(plan: "Plan") -> str:
     """Return the digest of what the simulation depends on."""
     seen = {
-        path: _PAINT.sub(b"", content) if path.endswith(".xml") else content
+        path: unpainted(content) if path.endswith(".xml") else content
         for path, content in plan.files.items()
         if not path.endswith(LOOKS_SUFFIX)
     }
@@ -35,6 +35,11 @@ def sim_digest(plan: "Plan") -> str:
             "compiler": __version__,
         }
     )
+
+
+def unpainted(model: bytes) -> bytes:
+    """Return a model file without its colours."""
+    return _PAINT.sub(b"", model)
 
 
 def render_digest(plan: "Plan") -> str:

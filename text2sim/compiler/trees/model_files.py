@@ -8,6 +8,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from text2sim.assets.mechanism import Mechanism
+from text2sim.compiler.digests import unpainted
 from text2sim.compiler.files import Files
 from text2sim.compiler.looks import Rgba
 from text2sim.compiler.shapes.casemesh import load_mesh
@@ -108,7 +109,12 @@ class ModelFiles:
         text = write_mjcf(tree, body, meshes).encode()
         path = f"models/{body}.xml"
         if self.files.get(path, text) != text:
-            path = f"models/{body}_{sha256(text).hexdigest()[:8]}.xml"
+            # Looks are not part of the name: a body in other colours is the same simulation.
+            stem, number = f"models/{body}_{sha256(unpainted(text)).hexdigest()[:8]}", 1
+            path = f"{stem}.xml"
+            while self.files.get(path, text) != text:
+                number += 1
+                path = f"{stem}_{number}.xml"
         self.files[path] = text
         options: dict[str, Any] = {"file": path}
         if collisions:
