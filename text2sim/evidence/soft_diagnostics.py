@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.evidence import deformation, folds, tearing
+from text2sim.evidence.crowding import crowding
 from text2sim.evidence.deformation import DeformationError
 from text2sim.evidence.gaps import Cloud, nearest_solid
 from text2sim.evidence.leaks import leaks
@@ -125,6 +126,7 @@ _QUANTITIES: tuple[tuple[str, str, Callable[[RecordedCase, RecordedDeformable], 
     ("strain", "", _strain),
     ("inverted", "", lambda recording, body: deformation.inverted(body)),
     ("self_penetration", "m", lambda recording, body: folds.self_penetration(body, recording.thickness(body))),
+    ("crowding", "", crowding),
     ("against_bounds", "", _share_at_walls),
 )
 """Name, unit and values over frames; None if a body has none."""

@@ -23,6 +23,8 @@ MAX_INVERTED = 0.02
 """Fraction of the tetrahedra inside out that is reported."""
 MAX_LEAKED = 0.01
 """Fraction of grains or a liquid leaked through its container that is reported."""
+MAX_CROWDING = 1.4
+"""Density of a liquid, relative to its material's, that is reported. What falls and splashes is at 1.1 for moments."""
 AT_WALLS = 0.01
 """Fraction of a body's points at the bounds of its solver that is reported."""
 MAX_TORN = 0.01
@@ -89,6 +91,12 @@ _SIGNS: tuple[tuple[str, _Bad, str], ...] = (
     ),
     ("stretch", _is_pulled, "is drawn out to {value:.3g} times its length in places"),
     ("penetration", _is_deep, "is {mm:.3g} mm deep in `{where}`"),
+    (
+        "crowding",
+        lambda value, row, spacing: value > MAX_CROWDING,
+        "is pressed together to {value:.2g} times its density, so its levels and what it displaces are wrong (its "
+        "vessel needs walls of more than a cell, see `thin-wall`)",
+    ),
     (
         "leaked",
         lambda value, row, spacing: value > MAX_LEAKED,

@@ -75,14 +75,15 @@ def test_a_thin_link_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("kind", "thick", "says"),
     [
-        ("liquid", 0.006, ""),
-        ("granular", 0.006, ""),
+        ("liquid", 0.022, ""),
+        ("granular", 0.022, ""),
+        ("liquid", 0.016, "`a` loses its level beside it"),
         ("soft", 0.006, "`a` is pushed through it"),
         ("soft", 0.026, ""),
         ("liquid", 0.005, "`a` leaks through it"),
     ],
 )
-def test_walls_of_a_third_of_a_cell_hold_what_flows(tmp_path: Path, kind: str, thick: float, says: str) -> None:
+def test_walls_of_a_cell_hold_what_flows(tmp_path: Path, kind: str, thick: float, says: str) -> None:
     tank = f"""\
 scene:
   statics:

@@ -26,13 +26,15 @@ CUTTING_CELLS = 1.5, 5.0
 wire strain what lies beside it by its thickness in cells. Measured with blocks of 15 kPa, thickness with reach: at 1.3,
 1 cell tore a tenth of what was in its way, 1.5 half, 2 all but the top layer, 2.25 all; at 1.2, 2.1 cells cut one block
 and not another; at 1.15, 1.5 and 2.25 cells cut."""
-LEAKS, PUSHED, CLOSES = "leaks through it", "is pushed through it", "closes behind it instead of being cut"
+LEAKS, SINKS, PUSHED = "leaks through it", "loses its level beside it and falls into itself", "is pushed through it"
+CLOSES = "closes behind it instead of being cut"
 """What a body does about a wall or a cutter that is too thin."""
 ON_TOP = 2.0
 """Thickness [cells] of a free body on top of an mpm body."""
-HOLDING_CELLS, PUSHING_CELLS = 0.3, 0.5
-"""Thickness [cells] of a wall at rest, and of one that moves, that hold what flows, whose particles are moved out of
-rigid bodies (templates/solid_walls.py): benchmarks/soft_leaks.py, tests/physics/test_solid_walls.py."""
+HOLDING_CELLS, LEAKING_CELLS, PUSHING_CELLS = 1.1, 0.3, 0.5
+"""Thickness [cells] of a wall at rest that holds up what flows, of one that only lets no particle through, and of one
+that moves. Particles are moved out of rigid bodies (templates/solid_walls.py): benchmarks/soft_leaks.py,
+tests/physics/test_solid_walls.py. But pressure needs nodes that stand still: tests/physics/test_narrow_vessel.py."""
 MIN_NECK_CELLS = 2.5
 """Smallest radius [cells] of an opening: sand ran steadily through 2.6."""
 
@@ -103,7 +105,8 @@ def _wanted_cells(facts: Facts, copy: Copy, body: Any) -> tuple[float, str, str]
         return PUSHING_CELLS if body.kind in FLOWING else LOADED_WALL_CELLS, moved, then
     if not facts.moves(copy):
         if body.kind in FLOWING:
-            return HOLDING_CELLS, "thinner walls let particles through", then
+            thin = _thinnest(facts, copy)[0] < LEAKING_CELLS * facts.once(SoftFacts).cell
+            return HOLDING_CELLS, "the grid does not see thinner walls", LEAKS if thin else SINKS
         return HIT_WALL_CELLS, "soft bodies that hit thinner walls pass through them", then
     if mount == "tree":  # what passes through thin limbs and ropes is not visible
         return 0.0, "", then
@@ -154,8 +157,10 @@ The mpm grid detects rigid bodies only at its nodes. Measured with a piston on s
 a plate of 1.3 cells, 164 one of 1.9; 40 were some millimetres in one of 2.9, and none passed one of 5. A body that a
 motor or a prescribed motion presses on soft bodies should be {LOADED_WALL_CELLS:g} cells thick, and is an error below
 {LEAKING_WALL_CELLS:g}; a body on top of them {ON_TOP:g}; a wall that soft bodies may hit {HIT_WALL_CELLS:g}: at 4 m/s a
-cube passed through 1.2 cells. Particles of liquids, grains and snow are moved out of rigid bodies: for them a wall at
-rest needs {HOLDING_CELLS:g} cells, and one that pushes {PUSHING_CELLS:g}. What is driven
+cube passed through 1.2 cells. Particles of liquids, grains and snow are moved out of rigid bodies, so that they do not leak
+through {LEAKING_CELLS:g} cells. But between walls of a cell or less no node of the grid stands still: pressure
+holds nothing up there, and what they contain falls into itself. Walls at rest need {HOLDING_CELLS:g} cells, and
+{PUSHING_CELLS:g} if they push. What is driven
 through a body with a `tear_stretch` cuts it with `1.5 + 5 (tear_stretch - 1)` cells; the body closes behind less.""",
         remedy="""\
 Make it thicker (or use a `compound` with a thin visible part and a thick one for contact), or make the grid finer with
