@@ -39,3 +39,23 @@ def test_a_benchmark_takes_three_runs_at_halved_steps(case: Path, recipe: Path) 
     assert [row.ok for row in rows] == [True]
     assert [task.label for task in tasks[0]] == [f"fall at step/{n}" for n in (1, 2, 4)]
     assert len({tuple(task.arguments["sets"]) for task in tasks[0]}) == 3
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (None, "decided.yaml:1:1: error: cannot read the file: No such file or directory"),
+        ("review:\n  falls-fall-00O: {decision: drop}\n", "decided.yaml:2:3: error: the dataset has no item `falls-fall-00O`"),
+        ("review:\n  falls-fall-00O: {decision: drop}\n", "did you mean `falls-fall-000`?"),
+    ],
+)  # fmt: skip
+def test_decisions_are_about_items_of_the_build(
+    cli: Cli, recipe: Path, monkeypatch: pytest.MonkeyPatch, text: str | None, said: str
+) -> None:
+    monkeypatch.setattr(run, "run_tasks", None)
+    if text is not None:
+        Path("decided.yaml").write_text(text)
+    answer = cli("dataset", "build", recipe, "-o", "made", "--decisions", "decided.yaml")
+    assert answer.code == 2
+    assert said in answer.err
+    assert not [*Path().glob("*made*"), *Path().glob(".made*")]

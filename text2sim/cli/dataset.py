@@ -29,6 +29,10 @@ dataset = typer.Typer(
     no_args_is_help=True,
 )
 Folder = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of a dataset.")]
+Decisions = Annotated[
+    Path | None,
+    typer.Option("--decisions", help="Decisions from the page of `dataset review`; review.yaml, if it is there."),
+]
 
 
 @dataset.command("build")
@@ -39,9 +43,7 @@ def build_dataset(
     workers: Workers = 1,
     ray: Ray = "",
     store: StoreUrl = "",
-    decisions: Annotated[Path, typer.Option("--decisions", help="Decisions from the page of `dataset review`.")] = Path(
-        "review.yaml"
-    ),
+    decisions: Decisions = None,
     as_json: AsJson = False,
 ) -> None:
     """Draw, check, simulate, film, annotate and write a dataset.
@@ -54,7 +56,6 @@ def build_dataset(
     from text2sim.cluster.run import Placement, capacity
     from text2sim.dataset.build import build
     from text2sim.dataset.recipe_fit import read_recipe
-    from text2sim.dataset.review import read_decisions
     from text2sim.evaluation.judging import scores_of_runs
 
     def tell(tally: "Tally", result: "DrawResult") -> None:
@@ -86,9 +87,8 @@ def build_dataset(
     for path in wanted.judged:
         for digest, given in scores_of_runs(recipe.parent / path).items():
             scores[digest] += given
-    dropped = {key: one.note for key, one in read_decisions(decisions).items() if one.decision == "drop"}
     callbacks = {"tell": tell, "announce": announce, "complete": complete}
-    tally = build(wanted, recipe.parent, out, runs, where=where, dropped=dropped, scores=scores, **callbacks)
+    tally = build(wanted, recipe.parent, out, runs, where=where, decisions=decisions, scores=scores, **callbacks)
     _say_built(tally, out, monotonic() - begun, as_json=as_json)
 
 
@@ -151,7 +151,7 @@ def questions(folder: Folder, as_json: AsJson = False) -> None:
 @dataset.command("review")
 def review(
     folder: Folder,
-    decisions: Annotated[Path, typer.Option("--decisions", help="Earlier decisions.")] = Path("review.yaml"),
+    decisions: Decisions = None,
     everything: Annotated[bool, typer.Option("--all", help="Show all items, not only the doubtful ones.")] = False,
 ) -> None:
     """Write a page on which doubtful items are reviewed: kept or dropped."""

@@ -17,6 +17,7 @@ from text2sim.dataset.curation import Likeness, same_film
 from text2sim.dataset.item import Item
 from text2sim.dataset.lerobot import RobotForm, RobotWriter, robot_form
 from text2sim.dataset.recipe import Recipe
+from text2sim.dataset.review import read_decisions
 from text2sim.dataset.shards import ShardWriter
 from text2sim.dataset.simulate import DrawJob, DrawResult, read_made, task_of
 from text2sim.dataset.splits import deal_splits
@@ -90,7 +91,7 @@ def build(
     runs: Path,
     *,
     where: Placement,
-    dropped: Mapping[str, str],
+    decisions: Path | None = None,
     scores: Mapping[str, list[dict[str, Any]]] | None = None,
     tell: Callable[[Tally, DrawResult], None],
     announce: Callable[[Sequence[Task]], None] = lambda _: None,
@@ -104,7 +105,7 @@ def build(
         target: Folder of the dataset, which must not exist.
         runs: Folder of run folders; simulations that it has are reused.
         where: Where the jobs run, and how many at a time.
-        dropped: Items that a reviewer dropped, with the reasons.
+        decisions: File with a reviewer's decisions; see `read_decisions`.
         scores: Scores of judges, by digest of the simulation.
         tell: Called after each job.
         announce: Called with the tasks before they start.
@@ -112,17 +113,19 @@ def build(
 
     Raises:
         RunError: if the folder exists, or no job gave an item.
-        SpecError: with the problems of the cases.
+        SpecError: with the problems of the cases, or of the decisions.
         MachineError: if this machine, or the cluster, cannot run a case.
     """
     if target.exists():
         raise RunError(f"{target} already exists; name another folder, or remove it")
     # Finished jobs of a build that was stopped stay in this folder, and are reused.
     stage = target.with_name(f".{target.name}.parts")
+    jobs = jobs_of(recipe, root, runs, stage / "items")
+    reviewed = read_decisions(decisions, {key: None for job in jobs for key in job.item_keys})
+    dropped = {key: one.note for key, one in reviewed.items() if one.decision == "drop"}
     stage.mkdir(parents=True, exist_ok=True)
     folder = stage / "dataset"
     shutil.rmtree(folder, ignore_errors=True)
-    jobs = jobs_of(recipe, root, runs, stage / "items")
     writer = Writer(recipe, folder, deal_splits(recipe, [(job.source, job.name) for job in jobs]), dropped, scores)
     writer.tally.jobs = len(jobs)
     known = measured_needs(runs)

@@ -52,6 +52,13 @@ class DrawJob:
         words = [self.source, self.name, self.base.label, f"{self.number:03d}"]
         return "-".join(_ODD.sub("_", word) for word in words if word)
 
+    @property
+    def item_keys(self) -> list[str]:
+        """Keys of all items that it may give."""
+        source = self.recipe.sources[self.source]
+        runs = [self.key, *(f"{self.key}-{name}" for name in source.counterfactuals)]
+        return [_film_key(run, number) for run in runs for number in range(source.films)]
+
 
 @dataclass
 class DrawResult:
@@ -254,7 +261,7 @@ class _DrawMaker:
         job, first = self._job, None
         for number in range(self._source.films):
             raise_if_stopped(job.stop)
-            name = f"{key}-film{number}" if number else key
+            name = _film_key(key, number)
             filmed, all_drawn = case, drawn
             if number:
                 found = self._draw_film(case, key, name)
@@ -318,6 +325,11 @@ class _DrawMaker:
         refuse = self._source.refuse
         problems = [problem for problem in case.problems if problem.severity == "error" or problem.rule in refuse]
         return [str(replace(problem, file=Path(problem.file).name)) for problem in problems]
+
+
+def _film_key(key: str, number: int) -> str:
+    """The key of a film of the run with this key."""
+    return f"{key}-film{number}" if number else key
 
 
 def _cause(case: Examined, changed: Values) -> str:
