@@ -1,5 +1,6 @@
 """`text2sim dataset` as far as nothing is simulated."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,7 @@ from handmade import Cli
 
 from text2sim.cli.benchmark import examined
 from text2sim.cluster import run
+from text2sim.runtime.lock import RunLock
 
 RECIPE = """\
 text2sim_dataset: 1
@@ -59,3 +61,15 @@ def test_decisions_are_about_items_of_the_build(
     assert answer.code == 2
     assert said in answer.err
     assert not [*Path().glob("*made*"), *Path().glob(".made*")]
+
+
+def test_two_builds_into_one_folder_do_not_share_their_parts(
+    cli: Cli, recipe: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run, "run_tasks", None)
+    with RunLock(Path(".made.parts"), "made"):
+        answer = cli("dataset", "build", recipe, "-o", "made")
+    assert (answer.code, answer.err) == (
+        3,
+        f"text2sim: made is being built by another text2sim (process {os.getpid()}); wait for it, or end it\n",
+    )

@@ -22,6 +22,7 @@ from text2sim.dataset.shards import ShardWriter
 from text2sim.dataset.simulate import DrawJob, DrawResult, read_made, task_of
 from text2sim.dataset.splits import deal_splits
 from text2sim.dataset.tables import TableWriter
+from text2sim.runtime.lock import RunLock
 from text2sim.runtime.stop import Stop
 from text2sim.service.examined import case_file, examine, find_cases
 from text2sim.spec_schema.errors import MachineError, RunError, SpecError
@@ -114,35 +115,40 @@ def build(
     Raises:
         RunError: if the folder exists, or no job gave an item.
         SpecError: with the problems of the cases, or of the decisions.
-        MachineError: if this machine, or the cluster, cannot run a case.
+        MachineError: if this machine, or the cluster, cannot run a case, or another build into the folder is running.
     """
-    if target.exists():
-        raise RunError(f"{target} already exists; name another folder, or remove it")
+    _want_no_folder(target)
     # Finished jobs of a build that was stopped stay in this folder, and are reused.
     stage = target.with_name(f".{target.name}.parts")
     jobs = jobs_of(recipe, root, runs, stage / "items")
     reviewed = read_decisions(decisions, {key: None for job in jobs for key in job.item_keys})
     dropped = {key: one.note for key, one in reviewed.items() if one.decision == "drop"}
-    stage.mkdir(parents=True, exist_ok=True)
-    folder = stage / "dataset"
-    shutil.rmtree(folder, ignore_errors=True)
-    writer = Writer(recipe, folder, deal_splits(recipe, [(job.source, job.name) for job in jobs]), dropped, scores)
-    writer.tally.jobs = len(jobs)
-    known = measured_needs(runs)
-    tasks = [task_of(job, known.get(job.name, Needs())) for job in jobs]
-    announce(tasks)
-    for fresh, result in _results(dict(zip(map(id, tasks), jobs, strict=True)), tasks, where):
-        writer.tally.fresh += fresh
-        writer.add(result)
-        tell(writer.tally, result)
-    writer.close()
-    if not writer.tally.items:
-        raise RunError(f"{len(jobs)} draws gave no item: {_main_reason(folder / 'refused.jsonl')}")
-    complete(folder)
-    write_card(folder, recipe, writer.tally.tables)
-    folder.rename(target)
+    with RunLock(stage, target.name, "built"):
+        _want_no_folder(target)  # another build may just have completed it
+        folder = stage / "dataset"
+        shutil.rmtree(folder, ignore_errors=True)
+        writer = Writer(recipe, folder, deal_splits(recipe, [(job.source, job.name) for job in jobs]), dropped, scores)
+        writer.tally.jobs = len(jobs)
+        known = measured_needs(runs)
+        tasks = [task_of(job, known.get(job.name, Needs())) for job in jobs]
+        announce(tasks)
+        for fresh, result in _results(dict(zip(map(id, tasks), jobs, strict=True)), tasks, where):
+            writer.tally.fresh += fresh
+            writer.add(result)
+            tell(writer.tally, result)
+        writer.close()
+        if not writer.tally.items:
+            raise RunError(f"{len(jobs)} draws gave no item: {_main_reason(folder / 'refused.jsonl')}")
+        complete(folder)
+        write_card(folder, recipe, writer.tally.tables)
+        folder.rename(target)
     shutil.rmtree(stage)
     return writer.tally
+
+
+def _want_no_folder(target: Path) -> None:
+    if target.exists():
+        raise RunError(f"{target} already exists; name another folder, or remove it")
 
 
 def _results(job_of: dict[int, DrawJob], tasks: Sequence[Task], where: Placement) -> Iterator[tuple[bool, DrawResult]]:
