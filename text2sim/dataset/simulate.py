@@ -197,8 +197,13 @@ class _DrawMaker:
             except Text2SimError as error:
                 self.made.refuse(key, "check", [str(error)], [])
                 continue
-            all_drawn = [*drawn, *_drawn_rows("physics", changed)]
+            all_drawn = [*(row for row in drawn if row["path"] not in changed), *_drawn_rows("physics", changed)]
             other = examine(self._job.case, overlay=case.overlay + overlay_of(changed))
+            if other.plan is not None and case.plan is not None and other.plan.sim_digest == case.plan.sim_digest:
+                path, value = next(iter(changed.items()))
+                why = f"duplicate: {path}={json.dumps(value)} does not change the simulation of {self._job.key}"
+                self.made.refuse(key, "item", [why], all_drawn)
+                continue
             run_of_other = self._run(other, key, all_drawn)
             if run_of_other is not None:
                 about = {"counterfactual_of": first, "cause": next(iter(changed))}
