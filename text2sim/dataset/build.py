@@ -225,9 +225,10 @@ class Writer:
         if {row["same_physics_as"], row.get("counterfactual_of")} & refused:
             return "pair: the item that it belongs to is refused"
         if row["same_physics_as"] is None:
-            twin = self._likeness.twin(item.key, row["case"], item.folder / "states.npz")
             # A counterfactual without an effect is kept: that is information, too.
-            return "" if twin in (None, row.get("counterfactual_of")) else f"duplicate: moves like {twin}"
+            base, split = row.get("counterfactual_of"), self._splits[row["source"]]
+            twin = self._likeness.twin(item.key, row["case"], split, item.folder / "states.npz", base)
+            return f"duplicate: moves like {twin}" if twin else ""
         twin = same_film(item, [i for i in kept if row["same_physics_as"] in (i.key, i.row["same_physics_as"])])
         return f"duplicate: looks like {twin}" if twin else ""
 
