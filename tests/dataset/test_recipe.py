@@ -34,6 +34,11 @@ def problems(body: str) -> str:
         ("    annotations: [depth]\n", "annotations"),
         ("annotations: [dept]\n", "did you mean `depth`?"),
         ("film: {size: [15, 20]}\n", "r.yaml:6:"),
+        ("splits: {train: 0.5, test: 0.9}\n", "r.yaml:6:9: error: the shares must add up to at most 1 (got 1.4)"),
+        (
+            "splits: {tset: 0.5}\n",
+            "r.yaml:6:10: error: unknown key `tset`; `splits` takes train, validation, test; did you mean `test`?",
+        ),
     ],
 )
 def test_problems_are_located(body: str, said: str) -> None:

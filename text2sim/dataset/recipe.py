@@ -182,6 +182,9 @@ def _check_paths(recipe: Recipe, document: Document) -> list[Problem]:
             problems.append(document.problem(("sources", name, "plain"), message, rule="inconsistent"))
     if not any(recipe.splits.values()):
         problems.append(document.problem(("splits",), "at least one share must be above 0", rule="inconsistent"))
+    if (total := sum(recipe.splits.values())) > 1 + 1e-9:
+        message = f"the shares must add up to at most 1 (got {total:g})"
+        problems.append(document.problem(("splits",), message, rule="range"))
     return problems
 
 
