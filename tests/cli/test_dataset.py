@@ -63,6 +63,11 @@ def test_decisions_are_about_items_of_the_build(
     assert not [*Path().glob("*made*"), *Path().glob(".made*")]
 
 
+def test_draws_without_an_effect_are_warned_of(cli: Cli, recipe: Path) -> None:
+    recipe.write_text(RECIPE.replace("fall]}", "fall], looks: {bodies.ball.look.color: {choice: [red]}}}", 1))
+    assert "falls.yaml:3:43: warning: `looks` is not drawn" in cli("dataset", "build", recipe, "-o", "cases").err
+
+
 def test_two_builds_into_one_folder_do_not_share_their_parts(
     cli: Cli, recipe: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

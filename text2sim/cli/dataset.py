@@ -13,7 +13,7 @@ import typer
 from text2sim.cli.benchmark import examined, exported
 from text2sim.cli.many import Ray, StoreUrl, Workers, where_of
 from text2sim.cli.options import AsJson
-from text2sim.cli.output import say, say_json
+from text2sim.cli.output import say, say_json, say_problems
 from text2sim.runtime.progress import duration_text
 from text2sim.service import exits
 from text2sim.service.phrases import display_path
@@ -77,7 +77,9 @@ def build_dataset(
                 raise RunError(f"{row.title} could not be exported; the same command continues with what is left")
 
     begun = monotonic()
-    wanted, where = read_recipe(recipe), where_of(workers, ray, store, runs) or Placement()
+    wanted, warnings = read_recipe(recipe)
+    say_problems(warnings, {})
+    where = where_of(workers, ray, store, runs) or Placement()
     benchmarks = examined((recipe.parent / path for path in wanted.benchmarks), runs)
     for row in benchmarks[0]:
         if not row.ok:

@@ -18,6 +18,8 @@ Split = Literal["train", "validation", "test"]
 SPLITS: tuple[Split, ...] = ("train", "validation", "test")
 Group = Literal["physics", "looks", "lights", "cameras"]
 GROUPS: tuple[Group, ...] = ("physics", "looks", "lights", "cameras")
+FILM_GROUPS: tuple[Group, ...] = GROUPS[1:]
+"""What further films of a simulation are drawn from."""
 MAX_DRAWS = 200
 """Largest number of draws, of films of a run, and of tries."""
 Few = Annotated[Count, Field(le=MAX_DRAWS)]

@@ -12,7 +12,7 @@ from text2sim.dataset.curation import is_doubtful, refusals
 from text2sim.dataset.draws import Values, draw, generator, number_at, overlay_of
 from text2sim.dataset.item import Item, make_item, raise_if_stopped
 from text2sim.dataset.questions import candidate_questions, cause_in_words, what_if
-from text2sim.dataset.recipe import Recipe
+from text2sim.dataset.recipe import FILM_GROUPS, Recipe
 from text2sim.harness.result import RunResult
 from text2sim.harness.run import Runner, run_case
 from text2sim.harness.sources import package_code
@@ -307,7 +307,7 @@ class _DrawMaker:
         job, number = self._job, name.removeprefix(key)
         for attempt in range(job.recipe.tries):
             drawn, sets = [], CaseOverlay()
-            for group in ("looks", "lights", "cameras"):
+            for group in FILM_GROUPS:
                 rng = generator(job.recipe.seed, job.key, number, attempt, group)
                 try:
                     values = draw(getattr(self._source, group), rng, _data(case))
