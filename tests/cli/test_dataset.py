@@ -1,6 +1,7 @@
 """`text2sim dataset` as far as nothing is simulated."""
 
 import os
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,11 @@ from handmade import Cli
 
 from text2sim.cli.benchmark import examined
 from text2sim.cluster import run
+from text2sim.cluster.run import Placement
+from text2sim.cluster.task import STOPPED, Done, Task
+from text2sim.dataset import build
 from text2sim.runtime.lock import RunLock
+from text2sim.runtime.stop import Stop
 
 RECIPE = """\
 text2sim_dataset: 1
@@ -34,6 +39,25 @@ def test_benchmarks_that_cannot_be_are_refused_before_anything_runs(
     assert answer.code == 2
     assert "benchmark.yaml:1:15: error: there is no measure `heigth`" in answer.err
     assert not [*Path().glob("*made*")]
+
+
+def test_a_build_that_is_stopped_exits_as_other_commands_do(
+    cli: Cli, recipe: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stopped(tasks: Sequence[Task], where: Placement, stop: Stop) -> Iterator[Done]:
+        stop.request()
+        return (Done(task, None, STOPPED) for task in tasks)
+
+    monkeypatch.setattr(build, "run_tasks", stopped)
+    message = "stopped on request; the same command continues with what is left"
+    answer = cli("dataset", "build", recipe, "-o", "made")
+    assert (answer.code, answer.err) == (130, f"text2sim: {message}\n")
+    answer = cli("dataset", "build", recipe, "-o", "made", "--json")
+    assert (answer.code, answer.json) == (130, {"ok": False, "error": message})
+    # While the benchmarks are made, too: the items are complete then.
+    monkeypatch.setattr(build, "build", lambda *_, complete, **__: complete(Path("made")))
+    monkeypatch.setattr(run, "run_tasks", stopped)
+    assert cli("dataset", "build", recipe, "-o", "made").code == 130
 
 
 def test_a_benchmark_takes_three_runs_at_halved_steps(case: Path, recipe: Path) -> None:

@@ -73,6 +73,8 @@ def build_dataset(
     def complete(folder: Path) -> None:
         for row, _, scene in exported(*benchmarks, folder / "benchmarks", where, quiet=as_json):
             if scene is None:
+                if row.exit == exits.INTERRUPTED:
+                    raise KeyboardInterrupt
                 say_examined(row)
                 raise RunError(f"{row.title} could not be exported; the same command continues with what is left")
 
@@ -90,8 +92,20 @@ def build_dataset(
         for digest, given in scores_of_runs(recipe.parent / path).items():
             scores[digest] += given
     callbacks = {"tell": tell, "announce": announce, "complete": complete}
-    tally = build(wanted, recipe.parent, out, runs, where=where, decisions=decisions, scores=scores, **callbacks)
+    try:
+        tally = build(wanted, recipe.parent, out, runs, where=where, decisions=decisions, scores=scores, **callbacks)
+    except KeyboardInterrupt:
+        _say_stopped(as_json=as_json)
+        raise
     _say_built(tally, out, monotonic() - begun, as_json=as_json)
+
+
+def _say_stopped(*, as_json: bool) -> None:
+    message = "stopped on request; the same command continues with what is left"
+    if as_json:
+        say_json({"ok": False, "error": message})
+    else:
+        say(f"text2sim: {message}", to=sys.stderr)
 
 
 def _say_built(tally: "Tally", folder: Path, took: float, *, as_json: bool) -> None:

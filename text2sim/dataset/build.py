@@ -116,6 +116,7 @@ def build(
         RunError: if the folder exists, or no job gave an item.
         SpecError: with the problems of the cases, or of the decisions.
         MachineError: if this machine, or the cluster, cannot run a case, or another build into the folder is running.
+        KeyboardInterrupt: if the user stopped it; the next build continues it.
     """
     _want_no_folder(target)
     # Finished jobs of a build that was stopped stay in this folder, and are reused.
@@ -167,7 +168,7 @@ def _results(job_of: dict[int, DrawJob], tasks: Sequence[Task], where: Placement
             else:
                 yield bool(done.tries and done.result["fresh"]), read_made(job)
         if stop.count:
-            raise RunError("stopped on request; the same command continues with what is left")
+            raise KeyboardInterrupt
 
 
 class Writer:
