@@ -114,11 +114,14 @@ class ItemLimits(Model):
     penetration: Length = 0.02
     """Deepest penetration [m]."""
     energy: NonNegative = 0.05
-    """Energy gain without a source, as a part of the largest energy."""
+    """Energy gain without a source, as a part of the largest kinetic energy or of the work of motors."""
     seen: Fraction = 0.001
     """Part of a picture that the largest moving body fills in half of the pictures."""
     alike: Fraction = 0.002
-    """Mean distance of two runs of a case, as a part of the space of their bodies, below which they are duplicates."""
+    """Mean distance of two runs of a case, as a part of the space of their bodies, below which they are duplicates.
+
+    Runs in two splits are compared with the default.
+    """
 
 
 class Recipe(Model):
