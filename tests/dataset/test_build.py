@@ -85,7 +85,7 @@ def test_draws_are_made_until_they_fit_and_pairs_are_linked(recipe_folder: Path,
         (folder / "benchmarks/drop/benchmark.json").write_text("{}")
 
     runs = recipe_folder / "runs"
-    tally = build(recipe, recipe_folder, target, runs, where=Placement(), dropped={}, tell=tell, complete=complete)
+    tally = build(recipe, recipe_folder, target, runs, where=Placement(), tell=tell, complete=complete)
     assert "for other simulators: `drop`" in (target / "README.md").read_text()
     assert told == [(1, 1), (2, 2)]
     assert check_dataset(target) == []
@@ -127,7 +127,6 @@ def test_a_dataset_that_is_there_is_not_overwritten(recipe_folder: Path) -> None
             recipe_folder / "drops",
             recipe_folder,
             where=Placement(),
-            dropped={},
             tell=lambda *_: None,
         )
 
@@ -251,3 +250,44 @@ def test_a_counterfactual_whose_first_film_is_refused_answers_questions(
     assert simulate.make(jobs_of(recipe, recipe_folder, recipe_folder, recipe_folder / "made")[0])
     other = "drops-drop-000-no_gravity-film1"
     assert asked == [("drops-drop-000", other), ("drops-drop-000-film1", other)]
+
+
+def test_the_keys_of_a_job_are_those_of_its_items(recipe_folder: Path) -> None:
+    job, *_ = jobs_of(parse_recipe(Source(RECIPE, "recipe.yaml")), recipe_folder, recipe_folder, recipe_folder)
+    assert job.item_keys == [f"drops-drop-000{what}" for what in ("", "-film1", "-no_gravity", "-no_gravity-film1")]
+
+
+def test_a_counterfactual_changes_something_and_is_drawn_once(
+    recipe_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of the two draws of a density of 300, one is that of the base; a draw of another replaces it in `drawn`."""
+    ran, ended = [], SimpleNamespace(expectations={}, folder=recipe_folder)
+
+    def filmed(key: str, *_: object) -> Item:
+        row = {"key": key, "prompt": "", "suspicions": [], "energy_gain": None, "penetration": None}
+        return Item(key, recipe_folder, row)
+
+    monkeypatch.setattr(simulate._DrawMaker, "_run", lambda _, __, key, *___: ran.append(key) or ended)
+    monkeypatch.setattr(simulate, "make_item", filmed)
+    monkeypatch.setattr(simulate, "refusals", lambda *_: [])
+    monkeypatch.setattr(simulate, "candidate_questions", lambda *_: [])
+    monkeypatch.setattr(simulate, "what_if", lambda *_: [])
+    text = """
+text2sim_dataset: 1
+name: drops
+sources:
+  drops:
+    cases: [case.yaml]
+    physics: {bodies.ball.material.density: {choice: [300]}}
+    counterfactuals:
+      same: {bodies.ball.material.density: {choice: [300]}}
+      light: {/bodies/ball/material/density: {choice: [100]}}
+"""
+    job, *_ = jobs_of(parse_recipe(Source(text, "r.yaml")), recipe_folder, recipe_folder, recipe_folder / "made")
+    simulate.make(job)
+    assert ran == ["drops-drop-000", "drops-drop-000-light"]
+    made = simulate.read_made(job)
+    assert [row["value"] for row in made.items[1].row["drawn"]] == ["100"]
+    assert [(row["key"], row["stage"]) for row in made.refused] == [("drops-drop-000-same", "item")]
+    why = "duplicate: bodies.ball.material.density=300 does not change the simulation of drops-drop-000"
+    assert made.refused[0]["why"] == [why]

@@ -1,10 +1,12 @@
 """Recipes: located problems, and draws that depend only on their seed."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from text2sim.dataset.draws import draw, generator, overlay_of
-from text2sim.dataset.recipe import Draw, parse_recipe
+from text2sim.dataset.recipe import Draw, ItemLimits, parse_recipe
 from text2sim.spec_schema.errors import RunError, SpecError
 from text2sim.spec_schema.text.source import Source
 
@@ -34,6 +36,13 @@ def problems(body: str) -> str:
         ("    annotations: [depth]\n", "annotations"),
         ("annotations: [dept]\n", "did you mean `depth`?"),
         ("film: {size: [15, 20]}\n", "r.yaml:6:"),
+        ("film: {size: [127, 72]}\n", "r.yaml:6:15: error: needs an even number from 16 to 4096 (got 127)"),
+        ("film: {size: [128]}\n", "needs 2 even numbers from 16 to 4096"),
+        ("splits: {train: 0.5, test: 0.9}\n", "r.yaml:6:9: error: the shares must add up to at most 1 (got 1.4)"),
+        (
+            "splits: {tset: 0.5}\n",
+            "r.yaml:6:10: error: unknown key `tset`; `splits` takes train, validation, test; did you mean `test`?",
+        ),
     ],
 )
 def test_problems_are_located(body: str, said: str) -> None:
@@ -63,3 +72,8 @@ def test_draws_follow_their_distributions_and_their_seed() -> None:
     assert overlay_of({"params.d": "red", "params.c": 2}).sets == ('params.d="red"', "params.c=2")
     with pytest.raises(RunError, match="need a number"):
         draw({"bodies.ball": Draw(times=(1, 2))}, generator(1), case)
+
+
+def test_the_page_lists_all_limits_with_their_defaults() -> None:
+    page = (Path(__file__).parents[2] / "docs/dataset.md").read_text()
+    assert all(f"\n| `{name}` | {value:g} |" in page for name, value in ItemLimits())

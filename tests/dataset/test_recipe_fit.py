@@ -26,17 +26,17 @@ sweeps: {densities: {grid: {bodies.ball.material.density: [100, 200]}}}
 """
 
 
-def read(folder: Path, body: str, cases: str = "[drop]") -> None:
+def read(folder: Path, body: str, cases: str = "[drop]") -> list[str]:
     (folder / "drop").mkdir()
     (folder / "empty").mkdir()
     (folder / "drop" / "case.yaml").write_text(CASE)
     text = f"text2sim_dataset: 1\nname: x\nsources:\n  a:\n    cases: {cases}\n{body}"
     (folder / "r.yaml").write_text(text)
-    read_recipe(folder / "r.yaml")
+    return [str(warning).removeprefix(f"{folder}/") for warning in read_recipe(folder / "r.yaml")[1]]
 
 
 def test_a_recipe_that_fits_is_read(tmp_path: Path) -> None:
-    read(
+    assert not read(
         tmp_path,
         "    variants: [heavy]\n    sweep: densities\n    holds: [lands]\n    films: 2\n"
         "    physics: {bodies.ball.material.density: {times: [1, 2]}, 'bodies.ball.pose.pos[2]': {uniform: [-1, 2]},\n"
@@ -75,6 +75,17 @@ def test_missing_parts_of_cases_are_located_in_the_recipe(tmp_path: Path, body: 
     with pytest.raises(SpecError) as caught:
         read(tmp_path, body)
     assert said in str(caught.value)
+
+
+def test_looks_that_no_film_shows_are_warned_of(tmp_path: Path) -> None:
+    body = (
+        "    looks: {bodies.ball.look.color: {choice: [red]}}\n    lights: {render.exposure: {uniform: [-0.5, 0.5]}}\n"
+    )
+    message = "is not drawn: the first film of a simulation is as in the case; use `films: 2` [unused]"
+    assert read(tmp_path, body) == [
+        f"r.yaml:6:5: warning: `looks` {message}",
+        f"r.yaml:7:5: warning: `lights` {message}",
+    ]
 
 
 @pytest.mark.parametrize("cases", ["[drip]", "[empty]"])

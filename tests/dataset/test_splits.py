@@ -14,6 +14,7 @@ import pytest
 from crates import Take
 
 from text2sim.dataset.build import Writer
+from text2sim.dataset.card import write_card
 from text2sim.dataset.check import check_dataset
 from text2sim.dataset.curation import Likeness
 from text2sim.dataset.recipe import Recipe, parse_recipe
@@ -189,11 +190,30 @@ def test_duplicates_and_their_dependents_are_refused(take: Take, recipe: Recipe,
     assert writer.tally.items == {"train": 3}, "a cause without an effect is no duplicate"
 
 
+def test_a_run_that_repeats_one_of_another_split_is_refused(take: Take, recipe: Recipe, tmp_path: Path) -> None:
+    """One case under two names: what the build accepts, the check must not call a leak."""
+    folder, limits = tmp_path / "d", recipe.limits.model_copy(update={"alike": 0.0})
+    recipe = recipe.model_copy(update={"limits": limits})
+    writer = Writer(recipe, folder, {"one": "train", "two": "test", "three": "train"})
+    writer.add(DrawResult([take("a"), take("a-same", counterfactual_of="a")], []))
+    writer.add(DrawResult([take("b", "two"), take("b-film1", "two", same_physics_as="b")], []))
+    writer.add(DrawResult([take("c", "three"), take("d", "two", speed=1.5)], []))
+    writer.close()
+    write_card(folder, recipe, writer.tally.tables)
+    refused = [json.loads(line) for line in (folder / "refused.jsonl").read_text().splitlines()]
+    assert {row["key"]: row["why"] for row in refused} == {
+        "b": ["duplicate: moves like a"],
+        "b-film1": ["pair: the item that it belongs to is refused"],
+    }
+    assert writer.tally.items == {"train": 3, "test": 1}, "in one split, cases may look like each other"
+    assert check_dataset(folder) == []
+
+
 def test_runs_with_other_rotations_are_no_duplicates(tmp_path: Path) -> None:
     likeness, found = Likeness(0.002), []
     for name, speed in (("slow", 1.0), ("fast", 2.0), ("again", 1.0)):
         angle = speed * np.linspace(0, 1, 13)[:, None] / 2
         quat = np.stack([np.cos(angle), 0 * angle, np.sin(angle), 0 * angle], axis=-1)
         np.savez(tmp_path / f"{name}.npz", pos=np.zeros((13, 1, 3)), quat=quat)
-        found.append(likeness.twin(name, "arm", tmp_path / f"{name}.npz"))
+        found.append(likeness.twin(name, "arm", "train", tmp_path / f"{name}.npz"))
     assert found == [None, None, "slow"]

@@ -13,7 +13,7 @@ import typer
 from text2sim.cli.benchmark import examined, exported
 from text2sim.cli.many import Ray, StoreUrl, Workers, where_of
 from text2sim.cli.options import AsJson
-from text2sim.cli.output import say, say_json
+from text2sim.cli.output import say, say_json, say_problems
 from text2sim.runtime.progress import duration_text
 from text2sim.service import exits
 from text2sim.service.phrases import display_path
@@ -29,6 +29,10 @@ dataset = typer.Typer(
     no_args_is_help=True,
 )
 Folder = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of a dataset.")]
+Decisions = Annotated[
+    Path | None,
+    typer.Option("--decisions", help="Decisions from the page of `dataset review`; review.yaml, if it is there."),
+]
 
 
 @dataset.command("build")
@@ -39,9 +43,7 @@ def build_dataset(
     workers: Workers = 1,
     ray: Ray = "",
     store: StoreUrl = "",
-    decisions: Annotated[Path, typer.Option("--decisions", help="Decisions from the page of `dataset review`.")] = Path(
-        "review.yaml"
-    ),
+    decisions: Decisions = None,
     as_json: AsJson = False,
 ) -> None:
     """Draw, check, simulate, film, annotate and write a dataset.
@@ -54,7 +56,6 @@ def build_dataset(
     from text2sim.cluster.run import Placement, capacity
     from text2sim.dataset.build import build
     from text2sim.dataset.recipe_fit import read_recipe
-    from text2sim.dataset.review import read_decisions
     from text2sim.evaluation.judging import scores_of_runs
 
     def tell(tally: "Tally", result: "DrawResult") -> None:
@@ -72,11 +73,15 @@ def build_dataset(
     def complete(folder: Path) -> None:
         for row, _, scene in exported(*benchmarks, folder / "benchmarks", where, quiet=as_json):
             if scene is None:
+                if row.exit == exits.INTERRUPTED:
+                    raise KeyboardInterrupt
                 say_examined(row)
                 raise RunError(f"{row.title} could not be exported; the same command continues with what is left")
 
     begun = monotonic()
-    wanted, where = read_recipe(recipe), where_of(workers, ray, store, runs) or Placement()
+    wanted, warnings = read_recipe(recipe)
+    say_problems(warnings, {})
+    where = where_of(workers, ray, store, runs) or Placement()
     benchmarks = examined((recipe.parent / path for path in wanted.benchmarks), runs)
     for row in benchmarks[0]:
         if not row.ok:
@@ -86,10 +91,21 @@ def build_dataset(
     for path in wanted.judged:
         for digest, given in scores_of_runs(recipe.parent / path).items():
             scores[digest] += given
-    dropped = {key: one.note for key, one in read_decisions(decisions).items() if one.decision == "drop"}
     callbacks = {"tell": tell, "announce": announce, "complete": complete}
-    tally = build(wanted, recipe.parent, out, runs, where=where, dropped=dropped, scores=scores, **callbacks)
+    try:
+        tally = build(wanted, recipe.parent, out, runs, where=where, decisions=decisions, scores=scores, **callbacks)
+    except KeyboardInterrupt:
+        _say_stopped(as_json=as_json)
+        raise
     _say_built(tally, out, monotonic() - begun, as_json=as_json)
+
+
+def _say_stopped(*, as_json: bool) -> None:
+    message = "stopped on request; the same command continues with what is left"
+    if as_json:
+        say_json({"ok": False, "error": message})
+    else:
+        say(f"text2sim: {message}", to=sys.stderr)
 
 
 def _say_built(tally: "Tally", folder: Path, took: float, *, as_json: bool) -> None:
@@ -151,7 +167,7 @@ def questions(folder: Folder, as_json: AsJson = False) -> None:
 @dataset.command("review")
 def review(
     folder: Folder,
-    decisions: Annotated[Path, typer.Option("--decisions", help="Earlier decisions.")] = Path("review.yaml"),
+    decisions: Decisions = None,
     everything: Annotated[bool, typer.Option("--all", help="Show all items, not only the doubtful ones.")] = False,
 ) -> None:
     """Write a page on which doubtful items are reviewed: kept or dropped."""

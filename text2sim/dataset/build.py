@@ -17,10 +17,12 @@ from text2sim.dataset.curation import Likeness, same_film
 from text2sim.dataset.item import Item
 from text2sim.dataset.lerobot import RobotForm, RobotWriter, robot_form
 from text2sim.dataset.recipe import Recipe
+from text2sim.dataset.review import read_decisions
 from text2sim.dataset.shards import ShardWriter
 from text2sim.dataset.simulate import DrawJob, DrawResult, read_made, task_of
 from text2sim.dataset.splits import deal_splits
 from text2sim.dataset.tables import TableWriter
+from text2sim.runtime.lock import RunLock
 from text2sim.runtime.stop import Stop
 from text2sim.service.examined import case_file, examine, find_cases
 from text2sim.spec_schema.errors import MachineError, RunError, SpecError
@@ -90,7 +92,7 @@ def build(
     runs: Path,
     *,
     where: Placement,
-    dropped: Mapping[str, str],
+    decisions: Path | None = None,
     scores: Mapping[str, list[dict[str, Any]]] | None = None,
     tell: Callable[[Tally, DrawResult], None],
     announce: Callable[[Sequence[Task]], None] = lambda _: None,
@@ -104,7 +106,7 @@ def build(
         target: Folder of the dataset, which must not exist.
         runs: Folder of run folders; simulations that it has are reused.
         where: Where the jobs run, and how many at a time.
-        dropped: Items that a reviewer dropped, with the reasons.
+        decisions: File with a reviewer's decisions; see `read_decisions`.
         scores: Scores of judges, by digest of the simulation.
         tell: Called after each job.
         announce: Called with the tasks before they start.
@@ -112,34 +114,42 @@ def build(
 
     Raises:
         RunError: if the folder exists, or no job gave an item.
-        SpecError: with the problems of the cases.
-        MachineError: if this machine, or the cluster, cannot run a case.
+        SpecError: with the problems of the cases, or of the decisions.
+        MachineError: if this machine, or the cluster, cannot run a case, or another build into the folder is running.
+        KeyboardInterrupt: if the user stopped it; the next build continues it.
     """
-    if target.exists():
-        raise RunError(f"{target} already exists; name another folder, or remove it")
+    _want_no_folder(target)
     # Finished jobs of a build that was stopped stay in this folder, and are reused.
     stage = target.with_name(f".{target.name}.parts")
-    stage.mkdir(parents=True, exist_ok=True)
-    folder = stage / "dataset"
-    shutil.rmtree(folder, ignore_errors=True)
     jobs = jobs_of(recipe, root, runs, stage / "items")
-    writer = Writer(recipe, folder, deal_splits(recipe, [(job.source, job.name) for job in jobs]), dropped, scores)
-    writer.tally.jobs = len(jobs)
-    known = measured_needs(runs)
-    tasks = [task_of(job, known.get(job.name, Needs())) for job in jobs]
-    announce(tasks)
-    for fresh, result in _results(dict(zip(map(id, tasks), jobs, strict=True)), tasks, where):
-        writer.tally.fresh += fresh
-        writer.add(result)
-        tell(writer.tally, result)
-    writer.close()
-    if not writer.tally.items:
-        raise RunError(f"{len(jobs)} draws gave no item: {_main_reason(folder / 'refused.jsonl')}")
-    complete(folder)
-    write_card(folder, recipe, writer.tally.tables)
-    folder.rename(target)
+    reviewed = read_decisions(decisions, {key: None for job in jobs for key in job.item_keys})
+    dropped = {key: one.note for key, one in reviewed.items() if one.decision == "drop"}
+    with RunLock(stage, target.name, "built"):
+        _want_no_folder(target)  # another build may just have completed it
+        folder = stage / "dataset"
+        shutil.rmtree(folder, ignore_errors=True)
+        writer = Writer(recipe, folder, deal_splits(recipe, [(job.source, job.name) for job in jobs]), dropped, scores)
+        writer.tally.jobs = len(jobs)
+        known = measured_needs(runs)
+        tasks = [task_of(job, known.get(job.name, Needs())) for job in jobs]
+        announce(tasks)
+        for fresh, result in _results(dict(zip(map(id, tasks), jobs, strict=True)), tasks, where):
+            writer.tally.fresh += fresh
+            writer.add(result)
+            tell(writer.tally, result)
+        writer.close()
+        if not writer.tally.items:
+            raise RunError(f"{len(jobs)} draws gave no item: {_main_reason(folder / 'refused.jsonl')}")
+        complete(folder)
+        write_card(folder, recipe, writer.tally.tables)
+        folder.rename(target)
     shutil.rmtree(stage)
     return writer.tally
+
+
+def _want_no_folder(target: Path) -> None:
+    if target.exists():
+        raise RunError(f"{target} already exists; name another folder, or remove it")
 
 
 def _results(job_of: dict[int, DrawJob], tasks: Sequence[Task], where: Placement) -> Iterator[tuple[bool, DrawResult]]:
@@ -158,7 +168,7 @@ def _results(job_of: dict[int, DrawJob], tasks: Sequence[Task], where: Placement
             else:
                 yield bool(done.tries and done.result["fresh"]), read_made(job)
         if stop.count:
-            raise RunError("stopped on request; the same command continues with what is left")
+            raise KeyboardInterrupt
 
 
 class Writer:
@@ -216,9 +226,10 @@ class Writer:
         if {row["same_physics_as"], row.get("counterfactual_of")} & refused:
             return "pair: the item that it belongs to is refused"
         if row["same_physics_as"] is None:
-            twin = self._likeness.twin(item.key, row["case"], item.folder / "states.npz")
             # A counterfactual without an effect is kept: that is information, too.
-            return "" if twin in (None, row.get("counterfactual_of")) else f"duplicate: moves like {twin}"
+            base, split = row.get("counterfactual_of"), self._splits[row["source"]]
+            twin = self._likeness.twin(item.key, row["case"], split, item.folder / "states.npz", base)
+            return f"duplicate: moves like {twin}" if twin else ""
         twin = same_film(item, [i for i in kept if row["same_physics_as"] in (i.key, i.row["same_physics_as"])])
         return f"duplicate: looks like {twin}" if twin else ""
 

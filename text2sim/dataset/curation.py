@@ -128,27 +128,32 @@ class Likeness:
     """Finds runs that nearly repeat earlier ones; keeps a few numbers of each.
 
     Args:
-        limit: As in `is_alike`.
+        limit: As in `is_alike`, for two runs of a case; for runs in two splits it is that of `dataset check`.
     """
 
     def __init__(self, limit: float):
         self._limit = limit
-        self._known: dict[tuple[str, int], list[tuple[str, Any]]] = {}
+        self._known: dict[int, list[tuple[str, str, str, Any]]] = {}
 
-    def twin(self, key: str, name: str, states: Path) -> str | None:
-        """Return the item of the same case that moves like this one; remember this one if there is none.
+    def twin(self, key: str, name: str, split: str, states: Path, base: str | None = None) -> str | None:
+        """Return the item of its case, or of another split, that moves like this one; remember it if there is none.
 
         Args:
             key: The item.
             name: Name of its case.
+            split: Its split.
             states: Its `states.npz`.
+            base: The item that it may move like, as a counterfactual without an effect does.
         """
         motion = fingerprint(states)
-        others = self._known.setdefault((name, motion.size), [])
-        for other, its_motion in others:
-            if is_alike(motion, its_motion, self._limit):
+        others = self._known.setdefault(motion.size, [])
+        for other, its_name, its_split, its_motion in others:
+            limit = self._limit if its_split == split else ItemLimits().alike
+            if (its_name == name or its_split != split) and is_alike(motion, its_motion, limit):
+                if other == base:
+                    break
                 return other
-        others.append((key, motion))
+        others.append((key, name, split, motion))
         return None
 
 
@@ -158,11 +163,11 @@ def is_alike(one: Any, other: Any, limit: float) -> bool:
     Args:
         one: Its `fingerprint`.
         other: That of the other run.
-        limit: Mean distance below which they are, as a part of the space that the bodies of the first run take up.
+        limit: Mean distance below which they are, as a part of the larger space that their bodies take up.
     """
     if one.shape != other.shape or not one.size:
         return False
-    space = float(np.ptp(one.reshape(-1, 3), axis=0).max())
+    space = max(float(np.ptp(motion.reshape(-1, 3), axis=0).max()) for motion in (one, other))
     return bool(np.linalg.norm(one - other, axis=-1).mean() < limit * max(space, 1e-9))
 
 

@@ -18,6 +18,8 @@ Split = Literal["train", "validation", "test"]
 SPLITS: tuple[Split, ...] = ("train", "validation", "test")
 Group = Literal["physics", "looks", "lights", "cameras"]
 GROUPS: tuple[Group, ...] = ("physics", "looks", "lights", "cameras")
+FILM_GROUPS: tuple[Group, ...] = GROUPS[1:]
+"""What further films of a simulation are drawn from."""
 MAX_DRAWS = 200
 """Largest number of draws, of films of a run, and of tries."""
 Few = Annotated[Count, Field(le=MAX_DRAWS)]
@@ -112,11 +114,14 @@ class ItemLimits(Model):
     penetration: Length = 0.02
     """Deepest penetration [m]."""
     energy: NonNegative = 0.05
-    """Energy gain without a source, as a part of the largest energy."""
+    """Energy gain without a source, as a part of the largest kinetic energy or of the work of motors."""
     seen: Fraction = 0.001
     """Part of a picture that the largest moving body fills in half of the pictures."""
     alike: Fraction = 0.002
-    """Mean distance of two runs of a case, as a part of the space of their bodies, below which they are duplicates."""
+    """Mean distance of two runs of a case, as a part of the space of their bodies, below which they are duplicates.
+
+    Runs in two splits are compared with the default.
+    """
 
 
 class Recipe(Model):
@@ -182,6 +187,9 @@ def _check_paths(recipe: Recipe, document: Document) -> list[Problem]:
             problems.append(document.problem(("sources", name, "plain"), message, rule="inconsistent"))
     if not any(recipe.splits.values()):
         problems.append(document.problem(("splits",), "at least one share must be above 0", rule="inconsistent"))
+    if (total := sum(recipe.splits.values())) > 1 + 1e-9:
+        message = f"the shares must add up to at most 1 (got {total:g})"
+        problems.append(document.problem(("splits",), message, rule="range"))
     return problems
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.dataset.draws import draw, generator, overlay_of
-from text2sim.dataset.recipe import CaseSource, Draws, Recipe, parse_recipe
+from text2sim.dataset.recipe import FILM_GROUPS, CaseSource, Draws, Recipe, parse_recipe
 from text2sim.dataset.splits import deal_splits
 from text2sim.lint.rules import EARLIER_RULES, RULES
 from text2sim.service.examined import Examined, case_file, examine, find_cases
@@ -18,17 +18,27 @@ from text2sim.spec_schema.text.document import Path as Place
 from text2sim.spec_schema.text.source import read_source
 
 
-def read_recipe(path: Path) -> Recipe:
-    """Read a recipe and check it against its cases.
+def read_recipe(path: Path) -> tuple[Recipe, list[Problem]]:
+    """Read a recipe and check it against its cases; return it with the warnings.
 
     Raises:
         SpecError: with all problems and their places.
     """
     text = read_source(path)
-    recipe = parse_recipe(text)
-    if problems := list(dict.fromkeys(misfits(recipe, parse_document(text), path.parent))):
+    recipe, document = parse_recipe(text), parse_document(text)
+    if problems := list(dict.fromkeys(misfits(recipe, document, path.parent))):
         raise SpecError(problems)
-    return recipe
+    return recipe, [*_idle_draws(recipe, document)]
+
+
+def _idle_draws(recipe: Recipe, document: Document) -> Iterator[Problem]:
+    """Yield warnings of draws that no film uses: the first film of a simulation is as in the case."""
+    for name, source in recipe.sources.items():
+        for group in FILM_GROUPS:
+            if source.films == 1 and getattr(source, group):
+                where = ("sources", name, group)
+                message = f"`{group}` is not drawn: the first film of a simulation is as in the case; use `films: 2`"
+                yield document.problem(where, message, key=True, rule="unused", severity="warning")
 
 
 def misfits(recipe: Recipe, document: Document, root: Path) -> Iterator[Problem]:
@@ -92,7 +102,7 @@ def _case_misfits(
         drawn = yield from _draw_misfits(document, (*where, "physics"), source.physics, case, first)
         yield from _expectation_misfits(document, where, source, drawn)
         tables = {("counterfactuals", name): table for name, table in source.counterfactuals.items()}
-        tables |= {(group,): getattr(source, group) for group in ("looks", "lights", "cameras")}
+        tables |= {(group,): getattr(source, group) for group in FILM_GROUPS}
         for place, table in tables.items():
             yield from _draw_misfits(document, (*where, *place), table, case, drawn)
 

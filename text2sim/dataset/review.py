@@ -3,6 +3,7 @@
 import base64
 import io
 import json
+from collections.abc import Collection
 from html import escape
 from pathlib import Path
 from typing import Any, Literal
@@ -12,6 +13,7 @@ import numpy as np
 from text2sim.compiler.shapes.pictures import picture_bytes
 from text2sim.dataset.shards import read_shard
 from text2sim.dataset.tables import read_rows, want_dataset
+from text2sim.spec_schema.errors import SpecError, nearest
 from text2sim.spec_schema.models.base import Model
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import read_source
@@ -35,15 +37,29 @@ class Decisions(Model):
     review: dict[str, ReviewDecision] = {}
 
 
-def read_decisions(path: Path) -> dict[str, ReviewDecision]:
-    """Read decisions; none if there is no file.
+def read_decisions(path: Path | None, keys: Collection[str] | None = None) -> dict[str, ReviewDecision]:
+    """Read decisions.
+
+    Args:
+        path: The file; if left out, `review.yaml`, which need not exist.
+        keys: Items that decisions may be about; any if left out.
 
     Raises:
         SpecError: with all problems and their places.
     """
-    if not path.is_file():
+    if path is None and not Path(FILE).is_file():
         return {}
-    return model_of(parse_document(read_source(path)), Decisions).review
+    document = parse_document(read_source(path or Path(FILE)))
+    found = model_of(document, Decisions).review
+    if keys is not None and (unknown := [key for key in found if key not in keys]):
+        message = "the dataset has no item `{}`; leave out the line, or name another file with `--decisions`"
+        raise SpecError(
+            document.problem(
+                ("review", key), message.format(key), key=True, rule="unknown-name", hint=nearest(key, keys)
+            )
+            for key in unknown
+        )
+    return found
 
 
 def write_review(folder: Path, path: Path, decisions: dict[str, ReviewDecision], *, everything: bool = False) -> int:

@@ -12,7 +12,7 @@ from text2sim.dataset.curation import is_doubtful, refusals
 from text2sim.dataset.draws import Values, draw, generator, number_at, overlay_of
 from text2sim.dataset.item import Item, make_item, raise_if_stopped
 from text2sim.dataset.questions import candidate_questions, cause_in_words, what_if
-from text2sim.dataset.recipe import Recipe
+from text2sim.dataset.recipe import FILM_GROUPS, Recipe
 from text2sim.harness.result import RunResult
 from text2sim.harness.run import Runner, run_case
 from text2sim.harness.sources import package_code
@@ -51,6 +51,13 @@ class DrawJob:
         """Key of its first item."""
         words = [self.source, self.name, self.base.label, f"{self.number:03d}"]
         return "-".join(_ODD.sub("_", word) for word in words if word)
+
+    @property
+    def item_keys(self) -> list[str]:
+        """Keys of all items that it may give."""
+        source = self.recipe.sources[self.source]
+        runs = [self.key, *(f"{self.key}-{name}" for name in source.counterfactuals)]
+        return [_film_key(run, number) for run in runs for number in range(source.films)]
 
 
 @dataclass
@@ -190,8 +197,13 @@ class _DrawMaker:
             except Text2SimError as error:
                 self.made.refuse(key, "check", [str(error)], [])
                 continue
-            all_drawn = [*drawn, *_drawn_rows("physics", changed)]
+            all_drawn = [*(row for row in drawn if row["path"] not in changed), *_drawn_rows("physics", changed)]
             other = examine(self._job.case, overlay=case.overlay + overlay_of(changed))
+            if other.plan is not None and case.plan is not None and other.plan.sim_digest == case.plan.sim_digest:
+                path, value = next(iter(changed.items()))
+                why = f"duplicate: {path}={json.dumps(value)} does not change the simulation of {self._job.key}"
+                self.made.refuse(key, "item", [why], all_drawn)
+                continue
             run_of_other = self._run(other, key, all_drawn)
             if run_of_other is not None:
                 about = {"counterfactual_of": first, "cause": next(iter(changed))}
@@ -254,7 +266,7 @@ class _DrawMaker:
         job, first = self._job, None
         for number in range(self._source.films):
             raise_if_stopped(job.stop)
-            name = f"{key}-film{number}" if number else key
+            name = _film_key(key, number)
             filmed, all_drawn = case, drawn
             if number:
                 found = self._draw_film(case, key, name)
@@ -295,7 +307,7 @@ class _DrawMaker:
         job, number = self._job, name.removeprefix(key)
         for attempt in range(job.recipe.tries):
             drawn, sets = [], CaseOverlay()
-            for group in ("looks", "lights", "cameras"):
+            for group in FILM_GROUPS:
                 rng = generator(job.recipe.seed, job.key, number, attempt, group)
                 try:
                     values = draw(getattr(self._source, group), rng, _data(case))
@@ -318,6 +330,11 @@ class _DrawMaker:
         refuse = self._source.refuse
         problems = [problem for problem in case.problems if problem.severity == "error" or problem.rule in refuse]
         return [str(replace(problem, file=Path(problem.file).name)) for problem in problems]
+
+
+def _film_key(key: str, number: int) -> str:
+    """The key of a film of the run with this key."""
+    return f"{key}-film{number}" if number else key
 
 
 def _cause(case: Examined, changed: Values) -> str:

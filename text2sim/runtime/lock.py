@@ -19,11 +19,16 @@ class RunLock:
     The system locks an open file, until the last process that has it open ends: no lock of dead processes stays
     behind, and a program that outlives us still keeps others off its folder. The file itself stays: to delete a file
     that others may be about to lock would let two in.
+
+    Args:
+        runs: Folder of run folders; the lock is in `.locks` of it.
+        name: Name of the run folder.
+        done: What its holder does to it: `run`, `built`.
     """
 
-    def __init__(self, runs: Path, name: str) -> None:
+    def __init__(self, runs: Path, name: str, done: str = "run") -> None:
         self._path = runs / ".locks" / name
-        self._name = name
+        self._name, self._done = name, done
         self._descriptor: int | None = None
 
     @property
@@ -38,7 +43,7 @@ class RunLock:
         if not _try_lock(descriptor):
             holder = os.read(descriptor, 100).decode("ascii", "replace").strip()
             os.close(descriptor)
-            raise MachineError(f"{self._name} is being run by {_holder_text(holder)}; wait for it, or end it")
+            raise MachineError(f"{self._name} is being {self._done} by {_holder_text(holder)}; wait for it, or end it")
         os.truncate(descriptor, 0)
         os.write(descriptor, f"{os.getpid()}\n".encode())
         self._descriptor = descriptor

@@ -2,7 +2,7 @@
 
 import re
 from dataclasses import dataclass
-from typing import Any, get_args, get_origin
+from typing import Any, Literal, get_args, get_origin
 from unicodedata import name
 
 from pydantic import BaseModel, ValidationError
@@ -86,7 +86,7 @@ def _follow(slot: LanguageSlot, data: Any, loc: list[Step], kind: str) -> _Place
     """Return the place of an error; None if the error is about an alternative that was not intended."""
     path: Path = ()
     while True:
-        if loc[:1] == ["[key]"]:
+        if loc[1:] == ["[key]"]:
             return _Place(path, slot, data, loc)
         if slot.discriminator is not None and loc:
             slot = slot_of(slot.models[str(loc.pop(0))])
@@ -156,7 +156,7 @@ class _Finding:
 
 def _finding(place: _Place, details: ErrorDetails) -> _Finding:
     kind, slot, data = details["type"], place.slot, place.data
-    if place.rest == ["[key]"]:
+    if place.rest[1:] == ["[key]"]:
         return _bad_name(place)
     if place.alternatives:
         return _no_alternative(place)
@@ -365,9 +365,13 @@ def _bad_text(place: _Place) -> _Finding:
 
 
 def _bad_name(place: _Place) -> _Finding:
-    word = str(place.path[-1])
+    word, keys = str(place.rest[0]), slot_of(get_args(place.slot.base)[0])
+    if get_origin(keys.base) is Literal:
+        words = get_args(keys.base)
+        message = f"unknown key `{word}`; `{place.path[-1]}` takes {', '.join(words)}{_non_ascii(word)}"
+        return _Finding((*place.path, word), message, "unknown-key", nearest(word, words), key=True)
     message = f"{_quoted(word)} is not a name: {noun_of(slot_of(Name)).form}"
-    return _Finding(place.path, message + _non_ascii(word), "form", key=True)
+    return _Finding((*place.path, word), message + _non_ascii(word), "form", key=True)
 
 
 def _non_ascii(word: str) -> str:

@@ -134,10 +134,10 @@ def kinds_of(model: type[BaseModel]) -> tuple[str, ...]:
 
 
 def bounds_of(slot: LanguageSlot) -> dict[str, Any]:
-    """Return the bounds of a slot: gt, ge, lt, le, pattern, min_length, max_length."""
+    """Return the bounds of a slot: gt, ge, lt, le, multiple_of, pattern, min_length, max_length."""
     bounds: dict[str, Any] = {}
     for note in slot.metadata:
-        for name in ("gt", "ge", "lt", "le", "pattern", "min_length", "max_length"):
+        for name in ("gt", "ge", "lt", "le", "multiple_of", "pattern", "min_length", "max_length"):
             value = getattr(note, name, None)
             if value is not None:
                 bounds[name] = value
@@ -177,7 +177,8 @@ def describe(slot: LanguageSlot) -> str:
     if slot.base is bool:
         return "true or false"
     if slot.base in (int, float):
-        return ("a whole number" if slot.base is int else "a number") + range_of(slot)
+        even = bounds_of(slot).get("multiple_of") == 2
+        return ("a number" if slot.base is float else "an even number" if even else "a whole number") + range_of(slot)
     if slot.base is str:
         return noun_of(slot).singular
     return "a mapping"
@@ -203,7 +204,8 @@ def _plural(slot: LanguageSlot) -> str:
     if len(slot.members) > 1 or slot.discriminator is not None:
         return "values"
     if slot.base in (int, float):
-        return ("whole numbers" if slot.base is int else "numbers") + range_of(slot)
+        even = bounds_of(slot).get("multiple_of") == 2
+        return ("numbers" if slot.base is float else "even numbers" if even else "whole numbers") + range_of(slot)
     if slot.base is str:
         return noun_of(slot).plural
     if get_origin(slot.base) in (tuple, list):
