@@ -38,3 +38,38 @@ def test_cloth_on_the_ground_carries_what_stands_on_it(simulate):
         weighed = mass * G * (DT / SUBSTEPS) ** 2 / (DENSITY * SIDE**2)
         assert weighed / 1.5 < depth < weighed * 1.5, f"{name}: {depth * 1000:.2f} mm, not {weighed * 1000:.2f} mm"
         assert np.ptp(height) < 2e-4, f"{name} goes on hopping"
+
+
+STICK = """
+scene:
+  duration: 0.8
+  dt: 0.004
+  substeps: 4
+  statics: {{floor: {{shape: {{kind: plane}}, material: {{friction: 0.25}}}}}}
+bodies:
+  rug:
+    kind: cloth
+    shape: {{kind: sheet, size: [0.42, 0.36]}}
+    cell: {cell}
+    material: {{area_density: 2, friction: 0.1, damping: 4}}
+    pose: {{pos: [0, 0, {middle}]}}
+  stick:
+    kind: rigid
+    shape:
+      kind: compound
+      parts:
+        foot: {{shape: {{kind: cylinder, radius: 0.04, height: 0.014}}, pose: {{pos: [0, 0, 0.007]}}}}
+        stem: {{shape: {{kind: cylinder, radius: 0.011, height: 0.18}}, pose: {{pos: [0, 0, 0.104]}}}}
+        candle: {{shape: {{kind: cylinder, radius: 0.012, height: 0.05}}, pose: {{pos: [0, 0, 0.229]}}}}
+    material: {{mass: 0.4, friction: 0.9}}
+    pose: {{pos: [0.02, 0, {start}]}}
+waive: {{foot-on-cloth: the limit is what is tried}}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("cell", "stands"), [(0.03, False), (0.015, True)])
+def test_what_stands_on_cloth_needs_a_foot_of_four_cells(simulate, cell, stands):
+    trial = simulate(STICK.format(cell=cell, middle=cell / 2, start=cell + 0.002))
+    lean = np.degrees(np.arccos(np.clip(trial.turn("stick")[:, 2, 2], -1, 1))).max()
+    assert (lean < 1) if stands else (lean > 8)

@@ -158,9 +158,9 @@ a plate of 1.3 cells, 164 one of 1.9; 40 were some millimetres in one of 2.9, an
 motor or a prescribed motion presses on soft bodies should be {LOADED_WALL_CELLS:g} cells thick, and is an error below
 {LEAKING_WALL_CELLS:g}; a body on top of them {ON_TOP:g}; a wall that soft bodies may hit {HIT_WALL_CELLS:g}: at 4 m/s a
 cube passed through 1.2 cells. Particles of liquids, grains and snow are moved out of rigid bodies, so that they do not
-leak through {LEAKING_CELLS:g} cells. But between walls of a cell or less no node of the grid stands still: pressure holds
-nothing up there, and what they contain falls into itself. Walls at rest need {HOLDING_CELLS:g} cells, and
-{PUSHING_CELLS:g} if they push. What is driven
+leak through {LEAKING_CELLS:g} cells. But between walls of a cell or less no node of the grid stands still: pressure
+holds nothing up there, and what they contain falls into itself. Walls at rest need {HOLDING_CELLS:g} cells,
+and {PUSHING_CELLS:g} if they push. What is driven
 through a body with a `tear_stretch` cuts it with `1.5 + 5 (tear_stretch - 1)` cells; the body closes behind less.""",
         remedy="""\
 Make it thicker (or use a `compound` with a thin visible part and a thick one for contact), or make the grid finer with
