@@ -101,14 +101,14 @@ def weakened_bounds(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[st
     for name, row in new.items():
         before = old.get(name)
         if before is None:
-            found.append(f"{name}: only an expectation that is there can be restated")
+            found.append(f"{name}: there is no such expectation to restate")
             continue
         bounds_before, bounds_after = _bounds(before), _bounds(row)
         if bounds_before - bounds_after:
             found.append(f"{name}: a restated expectation keeps its {', '.join(sorted(bounds_before - bounds_after))}")
         copies, copies_left = before.get("repeat"), row.get("repeat", 1)
         if isinstance(copies, int) and isinstance(copies_left, int) and copies_left < copies:
-            found.append(f"{name}: it stands for {copies}, and goes on standing for them: `repeat: {copies}`")
+            found.append(f"{name}: it stands for {copies} expectations: keep `repeat: {copies}`")
         for side, sign in (("above", -1), ("below", 1)):
             old_bound, new_bound = before.get(side), row.get(side)
             if not (isinstance(old_bound, int | float) and isinstance(new_bound, int | float)):
