@@ -104,7 +104,7 @@ def test_what_the_planner_may_do(answer: str) -> None:
         ("plan: {checks: {expect: {low: {measure: z, at: end, below: 0.9}}}}", "say it anew by `restate`"),
         ("plan: {checks: {expect: {new: {measure: z, at: end, below: 0.2}}}}", "/plan/says/new"),
         ("plan: {says: {new: x}, checks: {expect: {new: {measure: zz, at: end, below: 0.2}}}}", "did you mean `z`"),
-        ("plan: {says: {new: x}, checks: {measures: {v: {kind: speed, of: ball}}, expect: {new: {measure: v, at: end, above: -1}}}}", "cannot fail"),
+        ("plan: {says: {new: x}, checks: {measures: {v: {kind: speed, of: ball}}, expect: {new: {measure: v, at: end, above: -1}}}}", "always satisfies `new`"),
         ("plan: {drop_bodies: [ball]}", "otherwise the next attempt is this one"),
         ("{plan: {drop_bodies: [ball]}, params: {height: 3}}", "there is no body or static `ball`"),
         ("plan: {shared: [nothing new]}", "otherwise the next attempt is this one"),

@@ -1,6 +1,7 @@
 import itertools
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from text2sim.compiler.placing.group import EXACT_SHAPES
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.geometry import inner_floor, pieces, visual_mesh, volume
 from text2sim.compiler.shapes.gjk import distance
+from text2sim.compiler.shapes.inertials import piece_inertial
+from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rings import ROUND_ABOUT_Z
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
@@ -97,6 +100,13 @@ def test_every_shape_stands_in_the_table():
     assert {*SHAPES, *ELSEWHERE} == set(section_kinds(Shape))
 
 
+def test_an_unknown_kind_is_said():
+    with pytest.raises(TypeError, match="pieces of a shape of kind pretzel are not known"):
+        pieces(SimpleNamespace(kind="pretzel"), HERE)
+    with pytest.raises(TypeError, match="inertia of a piece of kind pretzel is not known"):
+        piece_inertial(Piece("pretzel", size=(1.0, 1.0)), 1000.0)
+
+
 def test_shapes_are_listed_by_what_they_are():
     eighth = quat_from_axis_angle("z", math.pi / 4)
     around_z, exact = set(), {"mesh"}  # a mesh is what its own file has
@@ -173,8 +183,8 @@ class TestVolume:
             if piece.kind == "hull":
                 assert piece.volume() == pytest.approx(ConvexHull(piece.vertices).volume)
 
-    def test_round_shapes_without_edges_draw_themselves(self):
-        assert visual_mesh(make("sphere"), HERE) is None
+    def test_only_round_shapes_without_edges_draw_themselves(self):
+        assert {kind for kind in SHAPES if visual_mesh(make(kind), HERE) is None} == {"sphere", "capsule", "ellipsoid"}
 
     def test_boxes_are_drawn_with_sharp_edges(self):
         (mesh,) = visual_mesh(make("box"), HERE)

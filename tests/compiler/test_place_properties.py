@@ -4,6 +4,7 @@ import json
 import math
 
 import pytest
+import yaml
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
@@ -15,6 +16,8 @@ from text2sim.compiler.shapes.solid import solids
 from text2sim.compiler.shapes.sweep import least_distance
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.models.shapes import SolidShape
+from text2sim.spec_schema.published.language_reference import load_examples, section_kinds
 
 MICROMETRE = 1e-6
 place = st.floats(-3, 3).map(lambda x: round(x, 9))
@@ -257,11 +260,13 @@ words = st.fixed_dictionaries(
 relation = st.sampled_from(
     ["on", "above", "below", "inside", "left_of", "behind", "beside", "around", "touching"]
 )  # fmt: skip
-hollow = st.one_of(
+EXAMPLES = [yaml.safe_load(load_examples()["shapes"][kind])["shape"] for kind in section_kinds(SolidShape)]
+any_shape = st.one_of(
     shape,
     st.builds(lambda h: {"kind": "cup", "radius": 1, "height": h + 0.2, "thickness": 0.1, "segments": 7}, size),
     st.builds(lambda h: {"kind": "tube", "outer_radius": 1, "inner_radius": 0.8, "height": h}, size),
     st.builds(lambda r: {"kind": "torus", "radius": 1, "bar_radius": r}, st.floats(0.01, 0.9)),
+    st.sampled_from([one for one in EXAMPLES if "file" not in one]),
 )
 pattern = st.sampled_from(
     [
@@ -275,10 +280,12 @@ pattern = st.sampled_from(
 
 @settings(max_examples=150, deadline=None)
 @given(
-    hollow,
+    any_shape,
     turn,
     st.lists(
-        st.tuples(hollow, relation, st.sampled_from(["a", "b", "b[*]", "b[0]"]), words, pattern), min_size=2, max_size=2
+        st.tuples(any_shape, relation, st.sampled_from(["a", "b", "b[*]", "b[0]"]), words, pattern),
+        min_size=2,
+        max_size=2,
     ),
 )
 def test_whatever_is_said_there_is_a_place_or_a_reason(first, its_turn, others):

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -12,7 +13,8 @@ from text2sim.compiler.build import resolve_case
 from text2sim.lint import lint_case
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.published.language_reference import load_examples
+from text2sim.spec_schema.models.shapes import SolidShape
+from text2sim.spec_schema.published.language_reference import load_examples, section_kinds
 
 ROOT = Path(__file__).resolve().parents[2]
 size = st.sampled_from([1e-4, 0.004, 0.03, 0.1, 0.4, 2.0, 300.0])
@@ -23,6 +25,7 @@ turn = st.tuples(angle, angle, angle).map(list)
 speed = st.sampled_from([0, 0, 0.5, -3, 20, 500])
 velocity = st.tuples(speed, speed, speed).map(list)
 
+EXAMPLES = [yaml.safe_load(load_examples()["shapes"][kind])["shape"] for kind in section_kinds(SolidShape)]
 shape = st.one_of(
     st.builds(lambda a, b, c: {"kind": "box", "size": [a, b, c]}, size, size, size),
     st.builds(lambda r: {"kind": "sphere", "radius": r}, size),
@@ -33,6 +36,7 @@ shape = st.one_of(
     st.builds(lambda a, b, c: {"kind": "ellipsoid", "radii": [a, b, c]}, size, size, size),
     st.builds(lambda r: {"kind": "torus", "radius": r, "bar_radius": r / 4, "segments": 8}, size),
     st.builds(lambda r, h: {"kind": "cup", "radius": r, "height": r + h, "thickness": r / 8}, size, size),
+    st.sampled_from([one for one in EXAMPLES if "file" not in one]),
 )
 mount = st.sampled_from(
     [None, None, None, {"kind": "fixed"}, {"kind": "hinge", "axis": "y"}, {"kind": "slider"}, {"kind": "ball"}]

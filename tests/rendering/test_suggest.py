@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from text2sim.cli.main import app
 from text2sim.compiler.build import plan_case
+from text2sim.compiler.film_lights import STUDIOS
 from text2sim.recording.film_record import read_recording
 from text2sim.rendering import suggest as module
 from text2sim.rendering.candidates import HEIGHTS, Candidate, Scorer, best, directions
@@ -74,7 +75,7 @@ def test_a_camera_comes_out_from_behind_a_wall(make_run: MakeRun) -> None:
     seen = proposal.legibility["films"]["video"]["bodies"]["crate"]
     assert seen["hidden"] < 0.1
     assert seen["share"]["min"] > 0.05
-    assert proposal.render["lighting"] in proposal.lights.keys() == set(module.LIGHTINGS)
+    assert proposal.render["lighting"] in proposal.lights.keys() == STUDIOS.keys()
     assert proposal.tried > len(HEIGHTS) * 12
 
 

@@ -4,9 +4,9 @@ Evaluated values are compared, so that a bound cannot be relaxed through a param
 """
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeGuard
 
 from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.loaded import LoadedCase
@@ -15,7 +15,7 @@ from text2sim.spec_schema.names.selectors import body_of, strings_in
 Data = dict[str, Any]
 CONTRACT_PARTS = ("expect", "measures", "events")
 MAX_RELAXATION = 0.5
-"""Fraction by which the Planner may relax a bound when it restates an expectation."""
+"""Fraction by which the Planner may relax a bound, tolerance, count or window when it restates an expectation."""
 
 
 @dataclass(frozen=True)
@@ -95,20 +95,26 @@ def numbered_copies(name: str, known: Iterable[str]) -> list[str]:
     return [copy for copy in known if re.fullmatch(rf"{re.escape(name)}_\d+", copy)] or [name]
 
 
-def weakened_bounds(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
-    """Describe how restated expectations are weaker, as far as their bounds alone show it."""
+def weakened_bounds(old: Mapping[str, Data], new: Mapping[str, Data], duration: float) -> list[str]:
+    """Describe how restated expectations are weaker, as far as their bounds alone show it.
+
+    Args:
+        old: Expectations as they are, by name.
+        new: The restated ones.
+        duration: Duration of the run [s].
+    """
     found = []
     for name, row in new.items():
         before = old.get(name)
         if before is None:
-            found.append(f"{name}: only an expectation that is there can be restated")
+            found.append(f"{name}: there is no such expectation to restate")
             continue
         bounds_before, bounds_after = _bounds(before), _bounds(row)
         if bounds_before - bounds_after:
             found.append(f"{name}: a restated expectation keeps its {', '.join(sorted(bounds_before - bounds_after))}")
         copies, copies_left = before.get("repeat"), row.get("repeat", 1)
         if isinstance(copies, int) and isinstance(copies_left, int) and copies_left < copies:
-            found.append(f"{name}: it stands for {copies}, and goes on standing for them: `repeat: {copies}`")
+            found.append(f"{name}: it stands for {copies} expectations: keep `repeat: {copies}`")
         for side, sign in (("above", -1), ("below", 1)):
             old_bound, new_bound = before.get(side), row.get(side)
             if not (isinstance(old_bound, int | float) and isinstance(new_bound, int | float)):
@@ -117,7 +123,70 @@ def weakened_bounds(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[st
                 found.append(
                     f"{name}: `{side}` may move by {MAX_RELAXATION:.0%} of {old_bound:g} at most: this asks for less"
                 )
+        if all(before.get(key) == row.get(key) for key in ("event", "never", "measure", "stat")):
+            found += [f"{name}: {fault}: this asks for less" for fault in _wider(before, row, duration)]
     return found
+
+
+def _wider(before: Data, row: Data, duration: float) -> Iterator[str]:
+    """Describe tolerances, counts and windows that are wider, of the same event, or statistic of the same measure.
+
+    A count or window of the same width elsewhere is no weaker: the Planner may have made up a wrong one.
+    """
+    percent = f"{MAX_RELAXATION:.0%}"
+    old, new = before.get("tolerance"), row.get("tolerance")
+    if _is_number(old) and _is_number(new) and new > (1 + MAX_RELAXATION) * old:
+        yield f"`tolerance` may grow by {percent} of {old:g} at most"
+    old, new = _range(before.get("count")), _range(row.get("count"))
+    if old and new and new[1] - new[0] > old[1] - old[0]:
+        low, high = (1 - MAX_RELAXATION) * old[0], (1 + MAX_RELAXATION) * old[1]
+        if new[0] < low or new[1] > high:
+            yield f"`count` may widen by {percent} of either end at most"
+    for field in ("within", "during"):
+        old, new = (_length(expect, field, duration) for expect in (before, row))
+        weaker = _weaker_if(field, before)
+        if old is None or new is None:
+            continue
+        if weaker == "longer" and new > (1 + MAX_RELAXATION) * old:
+            yield f"`{field}` may be {percent} longer at most"
+        if weaker == "shorter" and new < (1 - MAX_RELAXATION) * old:
+            yield f"`{field}` may be {percent} shorter at most"
+
+
+def _weaker_if(field: str, expect: Data) -> str:
+    """Return whether an expectation is weaker with a `longer` or a `shorter` window; nothing if that is not certain."""
+    if field == "within":
+        return "shorter" if expect.get("never") else "longer"
+    bounds, stat = {"above", "below", "equals"} & set(expect), expect.get("stat")
+    if stat is None:  # all values have to be within the bounds
+        return "shorter"
+    if stat not in ("max", "min", "range") or len(bounds) != 1:
+        return ""
+    reached = {"below"} if stat == "min" else {"above"}  # the longer the window, the lower is a minimum
+    return "longer" if bounds == reached else "" if bounds == {"equals"} else "shorter"
+
+
+def _length(expect: Data, field: str, duration: float) -> float | None:
+    """Return the length [s] of a window; None if it is not given in numbers."""
+    window = expect.get(field)
+    if window == "all" or (window is None and expect.get("never")):
+        return duration
+    if isinstance(window, list | tuple) and len(window) == 2 and window[1] == "end":
+        window = [window[0], duration]
+    span = _range(window)
+    return None if span is None else span[1] - span[0]
+
+
+def _range(value: Any) -> tuple[float, float] | None:
+    """Return both ends of a range; those of a number are equal."""
+    ends = [value, value] if _is_number(value) else value
+    if isinstance(ends, list | tuple) and len(ends) == 2 and all(map(_is_number, ends)):
+        return ends[0], ends[1]
+    return None
+
+
+def _is_number(value: Any) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _bounds(row: Mapping[str, Any]) -> set[str]:

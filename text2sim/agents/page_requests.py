@@ -1,4 +1,4 @@
-"""Page requests of a role in one conversation: each page is served once, within a size limit."""
+"""Page requests of a role in one conversation: each page is served once."""
 
 from collections.abc import Callable, Sequence
 
@@ -6,10 +6,10 @@ from text2sim.agents import language
 
 
 class PageRequests:
-    """Server of reference pages by name.
+    """Answers requests for reference pages by name.
 
     Args:
-        other: Returns pages from outside the language for some names, and the names served.
+        other: Returns those of the named pages that are not part of the language reference, by name.
     """
 
     def __init__(self, other: Callable[[Sequence[str]], dict[str, str]] = lambda names: {}) -> None:
@@ -21,4 +21,4 @@ class PageRequests:
         others = {name: text for name, text in self._other(names).items() if name not in self._served}
         text, served = language.explanations([name for name in names if name not in others], self._served)
         self._served |= {*others, *served}
-        return "\n\n".join(part for part in (*others.values(), text) if part) or "All of that stands above."
+        return "\n\n".join(part for part in (*others.values(), text) if part) or "These pages are above."

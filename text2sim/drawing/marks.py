@@ -59,7 +59,7 @@ class CameraMark:
 
 
 def joint_marks(resolution: Resolution) -> list[JointMark]:
-    """Return the joints of mounted, driven and articulated bodies; those of chains, nets and dolls are obvious."""
+    """Return the joints of mounted, driven and articulated bodies; those of chains, nets and ragdolls are obvious."""
     found: list[JointMark] = []
     for copy in _copies(resolution):
         tree = resolution.lowering.trees.get(copy.name)

@@ -31,7 +31,7 @@ WOUND = 0.9
 PLANES = 400
 """Largest number of faces of a convex shape that gets bevels: one with more is a scan, and has no edges."""
 CAPSULE_SIDES, CAPSULE_RINGS = 32, 7
-"""Sides and rings of a capsule; few, because dolls, ropes and nets have many capsules."""
+"""Sides and rings of a capsule; few, because ragdolls, ropes and nets have many capsules."""
 STEPS = 4
 """Strips around an edge of 90 degrees."""
 LARGEST = 4000

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from text2sim.templates.cameras import Cameras
 
 MOMENTS, EVENTS = 4, 3
 """Numbers of sampled moments spread over the film, and of moments of events."""
-LIGHTINGS = ("studio", "overcast", "golden_hour", "dark_stage")
+LIGHTINGS: tuple[str, ...] = get_args(Render.model_fields["lighting"].annotation)
 TRIAL = (160, 90)
 """Size of the pictures in which lights are compared [pixels]."""
 LIT_AT = 2
@@ -90,7 +90,7 @@ def suggest(recording: FilmRecord, loaded: LoadedCase, tell: Callable[[str], Non
     if not loaded.case.render.lights:
         tell("trying lights")
         lights = {name: _lit(recording, loaded, render | {"lighting": name}, scorer) for name in LIGHTINGS}
-        winner = max(LIGHTINGS, key=lambda name: lights[name] + PLAIN * (name == LIGHTINGS[0]))
+        winner = max(LIGHTINGS, key=lambda name: lights[name] + PLAIN * (name == "studio"))
         render = {"lighting": winner, **render}
     shown = _filmed(recording, loaded, render)
     return RenderProposal(

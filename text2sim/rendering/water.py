@@ -29,7 +29,7 @@ GLINT = 12.0
 VEIL = 0.45
 """Radiance of the light that a coloured liquid scatters, relative to a white sheet, where it is deep."""
 COVER = "cover"
-"""Channel of a picture with its coverage: that of Mitsuba knows only hits and misses."""
+"""Channel of a picture with its coverage: Mitsuba's own coverage knows only hits and misses."""
 
 
 def clear_liquid() -> Any:
@@ -82,12 +82,13 @@ def way(scene: Any, sampler: Any, ray: Any, active: Any) -> Way:
     wet, zero = mi.Bool(False), mi.Float(0.0)
     start = Way(mi.Ray3f(ray), mi.Color3f(1.0), zero, wet, mi.Normal3f(0.0), mi.Ray3f(ray), zero)
 
-    def step(active: Any, left: Any, ray: Any, inside: Any, found: Any, sampler: Any) -> Any:
+    def step(active: Any, left: Any, ray: Any, inside: Any, so_far: Any, sampler: Any) -> Any:
+        found = Way(*so_far)
         hit = scene.ray_intersect(ray, active)
         there = active & hit.is_valid()
         if there is False:  # of one ray, in the scalar variant
-            return False, left, ray, inside, found, sampler
-        passed = found[1] * dr.select(there, dr.exp(-inside * hit.t), 1.0)
+            return False, left, ray, inside, so_far, sampler
+        passed = found.passed * dr.select(there, dr.exp(-inside * hit.t), 1.0)
         bsdf = hit.bsdf(ray)
         liquid = there & mi.has_flag(bsdf.flags(), mi.BSDFFlags.DeltaTransmission)
         entering, leaving = dr.dot(ray.d, hit.n) < 0, dr.dot(ray.d, hit.n) >= 0
@@ -98,23 +99,23 @@ def way(scene: Any, sampler: Any, ray: Any, active: Any) -> Way:
         # In a liquid chance decides whether light is reflected, so that it does not get lost.
         chance = sampler.next_1d(there)
         kept = liquid & leaving & (chance < back)
-        # As does the opacity of what is half transparent.
+        # Likewise, whether a ray passes through a half-transparent surface.
         solid = there ^ liquid
         hole = solid & (chance < dr.mean(bsdf.eval_null_transmission(hit, solid)))
         ray = dr.select(liquid, dr.select(kept, mirror, bent), dr.select(hole, hit.spawn_ray(ray.d), ray))
         coefficient = inside if liquid is False else hit.shape.eval_attribute_3(SHADE, hit, liquid)
         inside = dr.select(liquid, dr.select(entering | kept, coefficient, 0.0), inside)
-        first = liquid & (found[3] ^ True)
-        found = (
-            dr.select(liquid, ray, found[0]),
-            passed * dr.select(liquid & entering, 1 - back, 1.0),
-            found[2] + dr.select(liquid, hit.t, 0.0),
-            found[3] | liquid,
-            dr.select(first, hit.sh_frame.n, found[4]),
-            dr.select(first & entering, mirror, found[5]),
-            dr.select(first & entering, back, found[6]),
+        first = liquid & (found.wet ^ True)
+        found = Way(
+            ray=dr.select(liquid, ray, found.ray),
+            passed=passed * dr.select(liquid & entering, 1 - back, 1.0),
+            length=found.length + dr.select(liquid, hit.t, 0.0),
+            wet=found.wet | liquid,
+            normal=dr.select(first, hit.sh_frame.n, found.normal),
+            mirrored=dr.select(first & entering, mirror, found.mirrored),
+            reflected=dr.select(first & entering, back, found.reflected),
         )
-        return (liquid | hole) & (left > 0), left - 1, ray, inside, found, sampler
+        return (liquid | hole) & (left > 0), left - 1, ray, inside, tuple(found), sampler
 
     state = (mi.Bool(active), mi.UInt32(EVENTS), mi.Ray3f(ray), mi.Color3f(0.0), tuple(start), sampler)
     *_, found, _ = dr.while_loop(state, lambda active, *_: active, step, label="liquids")
@@ -131,7 +132,8 @@ def through_liquids(surfaces: Any, inner: Any, mirror: Any = None, room: Any = N
         room: Environment that they reflect where there is nothing.
         white: Radiance of a lit white sheet.
     """
-    made = _kinds()[mirror is not None](mitsuba().Properties())
+    guides, picture = _kinds()
+    made = (guides if mirror is None else picture)(mitsuba().Properties())
     made.surfaces, made.inner, made.mirror, made.room, made.white = surfaces, inner, mirror, room, white
     return made
 

@@ -108,6 +108,8 @@ def test_what_cannot_hold(assets: Path, measure: str, expect: str) -> None:
 def test_what_cannot_fail(assets: Path, measure: str, expect: str) -> None:
     (found,) = findings(assets, "cannot-fail", SCENE, expecting(measure, expect))
     assert found.severity == "warning"
+    assert found.message.startswith("`m` always satisfies `e`, which therefore tests nothing: ")
+    assert found.message.count(": ") == 1
     assert not findings(assets, "cannot-hold", SCENE, expecting(measure, expect))
 
 

@@ -117,9 +117,11 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
         ]
     if kind == "plane":
         raise ValueError("a plane has no pieces")
+    if not isinstance(shape, Tube | Cup | Funnel):
+        raise TypeError(f"the pieces of a shape of kind {kind} are not known")
     bottom, top = wall_radii(shape)
     half = shape.height / 2
-    if kind == "cup":
+    if isinstance(shape, Cup):
         staves = wall_pieces(bottom, top, shape.thickness - half, half, shape.segments)
         floor = Piece("cylinder", pos=(0.0, 0.0, shape.thickness / 2 - half), size=(shape.radius, shape.thickness))
         return [floor, *staves]

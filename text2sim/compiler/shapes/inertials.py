@@ -79,7 +79,7 @@ def _solid(piece: Piece, mass: float) -> Tensor:
     elif piece.kind == "cylinder":
         a = b = size[0] ** 2 / 4
         c = size[1] ** 2 / 12
-    else:  # a capsule: a cylinder and two half balls
+    elif piece.kind == "capsule":  # a cylinder and two half balls
         radius, length = size
         bar, ball = radius**2 * length, 4 / 3 * radius**3
         a = b = (bar * radius**2 / 4 + ball * radius**2 / 5) / (bar + ball)
@@ -87,6 +87,8 @@ def _solid(piece: Piece, mass: float) -> Tensor:
         offset = length / 2
         c = bar * length**2 / 12 + ball * (radius**2 / 5 + offset**2 + 0.75 * radius * offset)
         c /= bar + ball
+    else:
+        raise TypeError(f"the inertia of a piece of kind {piece.kind} is not known")
     return (mass * (b + c), mass * (a + c), mass * (a + b), 0.0, 0.0, 0.0)
 
 

@@ -1,1 +1,1 @@
-"""Bodies as trees of links: mounts, mechanisms, chains, nets, dolls, models from files."""
+"""Bodies as trees of links: mounts, mechanisms, chains, nets, ragdolls, models from files."""

@@ -25,7 +25,7 @@ def beam_tree(beam: Beam, rgba: Rgba) -> Tree:
     The springs of a clamped beam are stiffer by this factor, so that the deflection is exact.
 
     Dampers in proportion to the springs, 2 z k / w1, give mode n the damping ratio z wn / w1, and the first one z
-    (Rayleigh damping without its part in proportion to mass: Clough and Penzien, Dynamics of Structures).
+    (Rayleigh damping without its mass-proportional term: Clough and Penzien, Dynamics of Structures).
 
     Args:
         beam: The body.
@@ -100,7 +100,7 @@ def shaking_frequency(beam: Beam) -> float:
     Rigid links of mass m that bend to and fro, one against the next, swing fastest: at w = sqrt(48 k / m) / l, since a
     zigzag of the height a has m a^2 w^2 / 6 and k (4 a / l)^2 / 2 for each link. With the damping ratio z of this mode,
     an integrator that is explicit in stiffness and implicit in damping is stable up to h w = 2 (z + sqrt(1 + z^2))
-    (`lint/numbers/stiffness.py`), where an undamped one is up to 2.
+    (`lint/numbers/stiffness.py`), and without damping up to h w = 2.
     """
     length, volume = _link_length(beam), math.prod(beam.size)
     mass = density_of(beam.material, volume) * volume / beam.segments
@@ -112,7 +112,7 @@ def shaking_frequency(beam: Beam) -> float:
 def beam_frequency(beam: Beam) -> float:
     """Return the angular frequency [rad/s] that the substeps of a beam must resolve.
 
-    A quarter of it at least is that of the first swing: a beam that is damped much is stable at steps that are too long
-    for it. At h w = 0.2 the frequency is 0.2 % wrong.
+    It is at least four times the frequency of the first swing, which a strongly damped beam could otherwise miss: it is
+    stable at steps that are too long to resolve that swing. At h w = 0.2 the frequency is 0.2 % wrong.
     """
     return max(shaking_frequency(beam), 4 * first_frequency(beam))

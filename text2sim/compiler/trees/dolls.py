@@ -1,4 +1,4 @@
-"""Trees for dolls."""
+"""Trees for ragdolls."""
 
 import math
 

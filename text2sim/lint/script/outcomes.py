@@ -96,7 +96,7 @@ def _verdict(bound: Bound, values: Values) -> tuple[str, str]:
         side = "above" if high <= bound.low else "below"
         return "fails", f"it can never be {side} {edge:.6g}{unit}: {values.why}"
     if (low > bound.low or bound.low == -inf) and (high < bound.high or bound.high == inf):
-        return "holds", f"it is always true: {values.why}"
+        return "holds", values.why
     if values.start is None or bound.first > 0.0:
         return "", ""
     return _at_start(bound, values, unit)
@@ -177,7 +177,7 @@ def _cannot_fail(facts: Facts) -> Iterator[Problem]:
     for name, expect, bound, values in _measures(facts):
         verdict, why = _verdict(bound, values)
         if verdict == "holds":
-            text = f"`{name}` cannot fail, so it tests nothing: {why}"
+            text = f"`{expect.measure}` always satisfies `{name}`, which therefore tests nothing: {why}"
             yield facts.problem("cannot-fail", ("actions", "expect", name, field_of(expect)), text)
     for name, expect in facts.case.actions.expect.items():
         if expect.event is None or expect.before is not None or expect.on is not None:

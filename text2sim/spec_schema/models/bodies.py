@@ -334,7 +334,7 @@ class Ragdoll(Linked):
     joint: JointDynamics = JointDynamics.model_construct()
     """Every joint; damping and armature are derived by default."""
     material: Material = Material.model_construct()
-    """Material of the whole doll."""
+    """Material of the whole ragdoll."""
     limb_spread: Fraction = 0.3
     """0: arms and legs straight down; 1: spread wide."""
 
