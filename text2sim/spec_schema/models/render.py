@@ -103,8 +103,8 @@ class Render(Model):
     """Preset of lights, backdrop and background, each of which can be overridden below. `studio`: a large soft lamp
     beside the camera, a cool rim light and little else, on a grey cyclorama. `daylight`: a window beside the camera, a
     room, a wall. `sunlight`: sky, and a sun of 2.9, 43 deg high, behind the camera on the left. `overcast`: shadowless,
-    under a bright cloud. `golden_hour`: a warm sun of 3.4, 24 deg high, at the same place. `dark_stage`: soft light from
-    above, on near-black."""
+    under a bright cloud. `golden_hour`: a warm sun of 3.4, 24 deg high, at the same place. `dark_stage`: soft light
+    from above, on near-black."""
     lights: dict[Name, Light] = Field(default_factory=dict, max_length=20)
     """Lights by name, instead of those of `lighting`."""
     backdrop: Literal["wall", "cyclorama", "ground", "horizon", "none"] | None = None
