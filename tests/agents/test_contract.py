@@ -26,8 +26,6 @@ actions:
     mine: {measure: own, at: end, below: 5}
 """
 
-DURATION = 4.0
-
 
 @pytest.fixture
 def contract() -> Contract:
@@ -77,9 +75,9 @@ def test_its_subject_cannot_be_moved_by_decree(contract: Contract) -> None:
 
 def test_a_restatement_keeps_a_bound() -> None:
     old = {"low": {"measure": "height", "at": "end", "below": 0.3}}
-    assert weakened_bounds(old, {"low": {"measure": "height", "at": "end", "below": 0.25}}, DURATION) == []
-    assert weakened_bounds(old, {"low": {"measure": "height", "at": "end"}}, DURATION)
-    assert weakened_bounds(old, {"new": {"measure": "height", "at": "end", "below": 1}}, DURATION)
+    assert weakened_bounds(old, {"low": {"measure": "height", "at": "end", "below": 0.25}}) == []
+    assert weakened_bounds(old, {"low": {"measure": "height", "at": "end"}})
+    assert weakened_bounds(old, {"new": {"measure": "height", "at": "end", "below": 1}})
 
 
 @pytest.mark.parametrize(
@@ -91,32 +89,18 @@ def test_a_restatement_keeps_a_bound() -> None:
         ("event: hit, count: [2, 4]", "event: hit, count: [0, 4]", "count"),
         ("event: hit, count: 4", "event: hit, count: [3, 5]", ""),
         ("event: hit, count: 3", "event: hit, count: 6", ""),  # another number, as exact
-        ("event: hit, within: [0.1, 0.9]", "event: hit, within: [0, 3]", "within"),
-        ("event: hit, within: [0.1, 0.9]", "event: hit, within: [0.1, end]", "within"),
         ("event: hit, within: [0.1, 0.9]", "event: hit, within: [2, 2.8]", ""),  # another time, as exact
-        ("event: hit, within: [1, 4]", "event: hit, within: [1, end]", ""),  # the run takes 4 s
-        ("event: hit, within: [0.1, 0.9]", "event: miss, within: [0, 3]", ""),  # the Critic compares them
-        ("event: hit, never: true", "event: hit, never: true, within: [0, 1]", "within"),
-        ("event: hit, never: true, within: [0, 1]", "event: hit, never: true, within: [0, 4]", ""),
-        ("measure: h, during: all, below: 1", "measure: h, during: [3, 4], below: 1", "during"),
-        ("measure: h, during: [1, 2], below: 1", "measure: h, during: all, below: 1", ""),
-        ("measure: h, during: [1, 2], stat: max, above: 1", "measure: h, during: all, stat: max, above: 1", "during"),
-        ("measure: h, during: [1, 2], stat: min, above: 1", "measure: h, during: all, stat: min, above: 1", ""),
-        ("measure: h, during: [1, 2], stat: min, below: 1", "measure: h, during: all, stat: min, below: 1", "during"),
-        ("measure: h, during: all, stat: range, below: 1", "measure: h, during: [3, 4], stat: range, below: 1", "during"),
-        ("measure: h, during: [1, 2], stat: mean, above: 1", "measure: h, during: all, stat: mean, above: 1", ""),
-        ("measure: h, during: ['${a}', 2], below: 1", "measure: h, during: ['${b}', 2], below: 1", ""),
     ],
 )  # fmt: skip
 def test_a_restatement_is_not_wider(old: str, new: str, about: str) -> None:
     before, after = (yaml.safe_load(f"{{e: {{{text}}}}}") for text in (old, new))
-    faults = weakened_bounds(before, after, DURATION)
+    faults = weakened_bounds(before, after)
     assert ([f"`{about}` may" in fault for fault in faults] == [True]) if about else (faults == [])
 
 
 def test_what_stands_for_several_goes_on_doing_so() -> None:
     old = {"low": {"measure": "height_${k}", "at": "end", "below": 0.3, "repeat": 3}}
-    assert "stands for 3" in weakened_bounds(old, {"low": old["low"] | {"repeat": 2}}, DURATION)[0]
+    assert "stands for 3" in weakened_bounds(old, {"low": old["low"] | {"repeat": 2}})[0]
     several = CASE.replace(
         'low: {measure: height, at: end, below: "${bound}"}',
         'low: {measure: height, at: end, below: "${bound + k}", repeat: 2}',

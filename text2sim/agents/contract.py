@@ -95,13 +95,12 @@ def numbered_copies(name: str, known: Iterable[str]) -> list[str]:
     return [copy for copy in known if re.fullmatch(rf"{re.escape(name)}_\d+", copy)] or [name]
 
 
-def weakened_bounds(old: Mapping[str, Data], new: Mapping[str, Data], duration: float) -> list[str]:
+def weakened_bounds(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
     """Describe how restated expectations are weaker, as far as their bounds alone show it.
 
     Args:
         old: Expectations as they are, by name.
         new: The restated ones.
-        duration: Duration of the run [s].
     """
     found = []
     for name, row in new.items():
@@ -124,14 +123,14 @@ def weakened_bounds(old: Mapping[str, Data], new: Mapping[str, Data], duration: 
                     f"{name}: `{side}` may move by {MAX_RELAXATION:.0%} of {old_bound:g} at most: this asks for less"
                 )
         if all(before.get(key) == row.get(key) for key in ("event", "never", "measure", "stat")):
-            found += [f"{name}: {fault}: this asks for less" for fault in _wider(before, row, duration)]
+            found += [f"{name}: {fault}: this asks for less" for fault in _wider(before, row)]
     return found
 
 
-def _wider(before: Data, row: Data, duration: float) -> Iterator[str]:
-    """Describe tolerances, counts and windows that are wider, of the same event, or statistic of the same measure.
+def _wider(before: Data, row: Data) -> Iterator[str]:
+    """Describe tolerances and counts that are wider, of the same event, or statistic of the same measure.
 
-    A count or window of the same width elsewhere is no weaker: the Planner may have made up a wrong one.
+    A count of the same width elsewhere is no weaker, and windows may move and grow: the Planner makes up times.
     """
     percent = f"{MAX_RELAXATION:.0%}"
     old, new = before.get("tolerance"), row.get("tolerance")
@@ -142,39 +141,6 @@ def _wider(before: Data, row: Data, duration: float) -> Iterator[str]:
         low, high = (1 - MAX_RELAXATION) * old[0], (1 + MAX_RELAXATION) * old[1]
         if new[0] < low or new[1] > high:
             yield f"`count` may widen by {percent} of either end at most"
-    for field in ("within", "during"):
-        old, new = (_length(expect, field, duration) for expect in (before, row))
-        weaker = _weaker_if(field, before)
-        if old is None or new is None:
-            continue
-        if weaker == "longer" and new > (1 + MAX_RELAXATION) * old:
-            yield f"`{field}` may be {percent} longer at most"
-        if weaker == "shorter" and new < (1 - MAX_RELAXATION) * old:
-            yield f"`{field}` may be {percent} shorter at most"
-
-
-def _weaker_if(field: str, expect: Data) -> str:
-    """Return whether an expectation is weaker with a `longer` or a `shorter` window; nothing if that is not certain."""
-    if field == "within":
-        return "shorter" if expect.get("never") else "longer"
-    bounds, stat = {"above", "below", "equals"} & set(expect), expect.get("stat")
-    if stat is None:  # all values have to be within the bounds
-        return "shorter"
-    if stat not in ("max", "min", "range") or len(bounds) != 1:
-        return ""
-    reached = {"below"} if stat == "min" else {"above"}  # the longer the window, the lower is a minimum
-    return "longer" if bounds == reached else "" if bounds == {"equals"} else "shorter"
-
-
-def _length(expect: Data, field: str, duration: float) -> float | None:
-    """Return the length [s] of a window; None if it is not given in numbers."""
-    window = expect.get(field)
-    if window == "all" or (window is None and expect.get("never")):
-        return duration
-    if isinstance(window, list | tuple) and len(window) == 2 and window[1] == "end":
-        window = [window[0], duration]
-    span = _range(window)
-    return None if span is None else span[1] - span[0]
 
 
 def _range(value: Any) -> tuple[float, float] | None:

@@ -148,7 +148,7 @@ def _check_faults(decision: Decision, agreement: Agreement) -> list[str]:
     wrong, plan = [], agreement.plan
     if decision.restate is not None:
         checks = decision.restate.checks
-        wrong += weakened_bounds(agreement.first.expect, checks.expect, plan.duration)
+        wrong += weakened_bounds(agreement.first.expect, checks.expect)
         parts = [(getattr(plan.checks, part), getattr(checks, part)) for part in FROZEN_PARTS]
         if all(same(now.get(name), row) for now, said in parts for name, row in said.items()):
             wrong.append("/restate/checks: they say what stands there already")

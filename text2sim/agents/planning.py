@@ -134,7 +134,7 @@ def _check_plan(
             if name not in plan.checks.expect
         ]
         same_names = {name: row for name, row in plan.checks.expect.items() if name in tried.first.expect}
-        wrong += weakened_bounds(tried.first.expect, same_names, plan.duration)
+        wrong += weakened_bounds(tried.first.expect, same_names)
     wrong += claim_faults(plan.facts, requirements, plan.bodies)
     wrong += card_faults(plan.cards, offered)
     wrong += plan_faults(plan, path)
