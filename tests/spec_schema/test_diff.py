@@ -128,6 +128,10 @@ def test_every_case_differs_from_every_other_by_a_patch():
         assert difference(a, b)
 
 
+def test_a_kind_that_is_no_name_is_compared_as_in_json():
+    assert [change.kind for change in difference({"kind": 0}, {"kind": False})] == ["kind"]
+
+
 @LAX
 @given(st.data())
 def test_the_patch_leads_from_the_one_to_the_other(data: st.DataObject):

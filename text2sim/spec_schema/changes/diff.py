@@ -91,7 +91,7 @@ def _compare(a: Any, b: Any, was: Any, now: Any, path: Path) -> Iterator[Change]
             elif key not in a:
                 yield Change("added", inner, NOTHING, b[key], NOTHING, _value(b[key], _child(now, key)))
             elif key == "kind":
-                if a[key] != b[key]:
+                if not same(a[key], b[key]):
                     yield Change("kind", inner, a[key], b[key])
             else:
                 yield from _compare(a[key], b[key], _child(was, key), _child(now, key), inner)
