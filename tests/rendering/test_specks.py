@@ -6,7 +6,7 @@ import pytest
 from text2sim.rendering.finishes import COLOR, _bitmap, material, rippled
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.shapes import mesh_shape
-from text2sim.rendering.trace import VEIL, dimmed, healed
+from text2sim.rendering.trace import VEILED, dimmed, healed
 
 
 def test_a_pixel_without_a_value_is_like_those_around_it() -> None:
@@ -28,7 +28,7 @@ def test_wide_reflections_of_glass_fade_and_narrow_ones_stay() -> None:
     gloss[20:80, 20:100] = 0.2
     gloss[20:80, 130] = 0.2
     shown = dimmed(gloss, 1.0)
-    assert np.allclose(shown[30:70, 30:90], 0.2 * VEIL)
+    assert np.allclose(shown[30:70, 30:90], 0.2 * VEILED)
     assert np.allclose(shown[20:80, 130], 0.2)
     assert not shown[gloss == 0].any()
 

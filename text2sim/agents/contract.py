@@ -15,7 +15,7 @@ from text2sim.spec_schema.names.selectors import body_of, strings_in
 Data = dict[str, Any]
 CONTRACT_PARTS = ("expect", "measures", "events")
 MAX_RELAXATION = 0.5
-"""Fraction by which the Planner may relax a bound, tolerance, count or window when it restates an expectation."""
+"""Fraction by which the Planner may relax a bound, tolerance or count when it restates an expectation."""
 
 
 @dataclass(frozen=True)

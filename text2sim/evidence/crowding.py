@@ -17,13 +17,15 @@ FRAMES, SAMPLES = 24, 2000
 """Largest number of frames and of particles that are examined."""
 INNER = 75.0
 """Percentile of the particles that counts: those at walls and the surface have fewer neighbours."""
+NOTABLE = 1.2
+"""Density that is no longer chance."""
 
 
 def crowding(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
     """Return the density of a liquid relative to that of its material, shape (F,), NaN in frames between samples.
 
     A ball of radius r around a particle holds `4/3 pi (r / spacing)^3` of them at the density of the material. None for
-    what is no liquid, and for streams, whose particles wait in the mouth.
+    what is no liquid, for streams, whose particles wait in the mouth, and if it is never notably dense.
     """
     model = recording.case.bodies.get(body_of(body.body))
     if not isinstance(model, Liquid) or model.shape.kind == "stream":
@@ -36,4 +38,4 @@ def crowding(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
         some = points[:: 1 + len(points) // SAMPLES]
         neighbours = KDTree(points).query_ball_point(some, REACH * body.spacing, return_length=True)
         found[frame] = np.percentile(neighbours, INNER) / expected
-    return found
+    return found if np.nanmax(found, initial=0.0) > NOTABLE else None

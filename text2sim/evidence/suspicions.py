@@ -24,7 +24,7 @@ MAX_INVERTED = 0.02
 MAX_LEAKED = 0.01
 """Fraction of grains or a liquid leaked through its container that is reported."""
 MAX_CROWDING = 1.4
-"""Density of a liquid, relative to its material's, that is reported. What falls and splashes is at 1.1 for moments."""
+"""Density of a liquid, relative to its material's, that is reported; see tests/physics/test_narrow_vessel.py."""
 AT_WALLS = 0.01
 """Fraction of a body's points at the bounds of its solver that is reported."""
 MAX_TORN = 0.01

@@ -46,7 +46,7 @@ BRIGHTEST = 24.0
 SHEEN, GLARE = 0.25, 0.3
 """Radiance of reflections of clear glass, relative to a white sheet, above which they are dimmed, and the fraction of
 the excess that remains: otherwise lamps in a glass tube hide its contents behind bars as white as paper."""
-WIDE, VEIL = 0.05, 0.3
+WIDE, VEILED = 0.05, 0.3
 """Width of reflections of clear glass, as a fraction of the picture's shorter side, from which they hide what is behind
 them like a veil, and the fraction of those that remains. Photographers take a polariser."""
 RIM = 3
@@ -262,7 +262,7 @@ def dimmed(gloss: Array, gain: float) -> Array:
     width = max(3, round(WIDE * min(bright.shape)))
     # Opening keeps what is wider in both directions; its blocks are smoothed.
     wide = np.minimum(uniform_filter(grey_opening(soft, size=(width, width)), width), soft)
-    return gloss * ((soft - (1 - VEIL) * wide) / np.maximum(bright, 1e-9))[..., None]
+    return gloss * ((soft - (1 - VEILED) * wide) / np.maximum(bright, 1e-9))[..., None]
 
 
 def undimmed(radiance: Array, alpha: Array) -> Array:

@@ -1,7 +1,7 @@
 """Contact of cloth with rigid bodies: friction, and the force of what is squeezed between two of them.
 
-Genesis 1.4.5 pushes particles of cloth out of rigid bodies, but does not change their tangential velocity, and gives
-back all the speed with which something lands on a cloth that lies on the ground.
+Genesis 1.4.5 pushes particles of cloth out of rigid bodies, but does not change their tangential velocity. What
+lands on a cloth on the ground bounces, since its contact has no damping.
 """
 
 import quadrants as qd
@@ -15,7 +15,7 @@ SETTLING = 0.02  # speed [m/s] of parting bodies at which what they squeeze stop
 
 
 def add_friction(body):
-    """Give all cloth in the built scene of `body` friction on rigid bodies."""
+    """Give all cloth in the built scene of `body` friction on rigid bodies, and let it carry what stands on it."""
     coupler, pbd = body.sim.coupler, body.solver
     particles = pbd.particles_reordered, pbd.particles_ng_reordered, pbd.particles_info_reordered
     coupler.kernel_pbd_rigid_collide = lambda **rigid: _collide(

@@ -77,10 +77,10 @@ def test_a_thin_link_is_named(tmp_path: Path) -> None:
     [
         ("liquid", 0.022, ""),
         ("granular", 0.022, ""),
-        ("liquid", 0.016, "`a` loses its level beside it"),
+        ("liquid", 0.016, "`a` loses its level behind it"),
         ("soft", 0.006, "`a` is pushed through it"),
         ("soft", 0.026, ""),
-        ("liquid", 0.005, "`a` leaks through it"),
+        ("liquid", 0.005, "`a` loses its level behind it"),
     ],
 )
 def test_walls_of_a_cell_hold_what_flows(tmp_path: Path, kind: str, thick: float, says: str) -> None:
@@ -92,3 +92,16 @@ bodies:
   a: {{kind: {kind}, cell: 0.02, shape: {{kind: box, size: [0.2, 0.2, 0.2]}}, pose: {{pos: [0, 0, 0.12]}}}}
 """
     expect_words(tmp_path, "thin-wall", says, tank)
+
+
+@pytest.mark.parametrize(
+    "post", ["{kind: box, size: [0.016, 0.016, 0.3]}", "{kind: cylinder, radius: 0.008, height: 0.3}"]
+)
+def test_a_post_holds_nothing_up(tmp_path: Path, post: str) -> None:
+    pool = f"""\
+scene:
+  statics: {{post: {{shape: {post}, pose: {{pos: [0.12, 0, 0.15]}}}}}}
+bodies:
+  a: {{kind: liquid, cell: 0.02, shape: {{kind: box, size: [0.2, 0.2, 0.2]}}, pose: {{pos: [0, 0, 0.12]}}}}
+"""
+    expect_words(tmp_path, "thin-wall", "", pool)

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.soft.scales import thickness
 from text2sim.compiler.soft.solvers import unfelt_links
 from text2sim.lint.facts import Facts
@@ -26,13 +27,13 @@ CUTTING_CELLS = 1.5, 5.0
 wire strain what lies beside it by its thickness in cells. Measured with blocks of 15 kPa, thickness with reach: at 1.3,
 1 cell tore a tenth of what was in its way, 1.5 half, 2 all but the top layer, 2.25 all; at 1.2, 2.1 cells cut one block
 and not another; at 1.15, 1.5 and 2.25 cells cut."""
-LEAKS, SINKS, PUSHED = "leaks through it", "loses its level beside it and falls into itself", "is pushed through it"
+LEAKS, SINKS, PUSHED = "leaks through it", "loses its level behind it and falls into itself", "is pushed through it"
 CLOSES = "closes behind it instead of being cut"
 """What a body does about a wall or a cutter that is too thin."""
 ON_TOP = 2.0
 """Thickness [cells] of a free body on top of an mpm body."""
 HOLDING_CELLS, LEAKING_CELLS, PUSHING_CELLS = 1.1, 0.3, 0.5
-"""Thickness [cells] of a wall at rest that holds up what flows, of one that only lets no particle through, and of one
+"""Thickness [cells] of a wall at rest that holds up what flows, of a post that lets no particle through, and of a wall
 that moves. Particles are moved out of rigid bodies (templates/solid_walls.py): benchmarks/soft_leaks.py,
 tests/physics/test_solid_walls.py. But pressure needs nodes that stand still: tests/physics/test_narrow_vessel.py."""
 MIN_NECK_CELLS = 2.5
@@ -94,6 +95,14 @@ def _thinnest(facts: Facts, copy: Copy) -> tuple[float, str | None, dict[str, fl
     return sizes[thinnest], thinnest, {name: size for name, size in sizes.items() if name and name != thinnest}
 
 
+def _is_post(piece: Piece) -> bool:
+    """Return whether a piece is thin in two directions, so that it holds nothing up."""
+    if piece.kind in ("cylinder", "capsule"):
+        return 2 * piece.size[0] < piece.size[1]
+    sizes = sorted(piece.size)
+    return piece.kind == "box" and sizes[1] < 2 * sizes[0]
+
+
 def _wanted_cells(facts: Facts, copy: Copy, body: Any) -> tuple[float, str, str]:
     """Return how many cells thick a rigid copy should be beside an mpm body, why, and what the body does otherwise."""
     mount, then = facts.mount(copy), LEAKS if body.kind in FLOWING else PUSHED
@@ -105,8 +114,9 @@ def _wanted_cells(facts: Facts, copy: Copy, body: Any) -> tuple[float, str, str]
         return PUSHING_CELLS if body.kind in FLOWING else LOADED_WALL_CELLS, moved, then
     if not facts.moves(copy):
         if body.kind in FLOWING:
-            thin = _thinnest(facts, copy)[0] < LEAKING_CELLS * facts.once(SoftFacts).cell
-            return HOLDING_CELLS, "the grid does not see thinner walls", LEAKS if thin else SINKS
+            if any(not _is_post(part.piece) for part in facts.parts(copy)):
+                return HOLDING_CELLS, "the grid does not see thinner walls", SINKS
+            return LEAKING_CELLS, "particles pass through thinner posts", then
         return HIT_WALL_CELLS, "soft bodies that hit thinner walls pass through them", then
     if mount == "tree":  # what passes through thin limbs and ropes is not visible
         return 0.0, "", then
