@@ -38,7 +38,7 @@ bodies:
 )
 
 
-def test_a_liquid_keeps_its_level_between_walls_of_a_cell_or_more(simulate):
+def test_a_liquid_keeps_its_level_between_walls_of_more_than_a_cell(simulate):
     """A liquid of constant volume keeps the height of its centre of mass, but for half a cell, as corners fill up.
 
     Between thinner walls no node of the grid stands still, so that pressure holds nothing up, and the liquid falls into
