@@ -38,9 +38,8 @@ def emitters(lights: dict[str, dict[str, Any]], center: Array, radius: float) ->
         radius: Radius of the stage [m].
     """
     emitters: dict[str, Any] = {}
-    domes = []
     for name, light in lights.items():
-        color = linear(np.asarray(light["color"], float)) if "color" in light else np.ones(3)  # a sky has its own
+        color = _color(light)
         kind = light["kind"]
         if kind == "sun":
             emitters[f"light_{name}"] = _sun(light, color * light["strength"], center, radius)
@@ -48,18 +47,32 @@ def emitters(lights: dict[str, dict[str, Any]], center: Array, radius: float) ->
             emitters[f"light_{name}"] = _softbox(light, color)
         elif kind in ("lamp", "spot"):
             emitters[f"light_{name}"] = _lamp(light, color)
-        elif kind == "environment":
-            domes.append(gradient(color, linear(np.asarray(light["horizon"], float))) * light["strength"])
         elif kind == "sky":
             low = abs(light["direction"][2]) / np.linalg.norm(light["direction"])
             warm = np.array([1.0, 0.86 + 0.1 * low, 0.66 + 0.28 * low])
             # The irradiance is that of the ground, which a low sun meets at an angle.
             facing = CLEAR * light["strength"] / max(low, 0.15)
             emitters[f"light_{name}"] = _sun(light | {"angle": SUN_DISC}, color * warm * facing, center, radius)
-            domes.append(_sky(light) * color * (1 - CLEAR) * light["strength"])
-    if domes:
-        emitters["dome"] = dome(np.sum(domes, axis=0))
+    radiance = dome_radiance(lights)
+    if radiance.any():
+        emitters["dome"] = dome(radiance)
     return emitters
+
+
+def dome_radiance(lights: dict[str, dict[str, Any]]) -> Array:
+    """Return the radiance of all light that comes from everywhere, shape (ROWS, 2 ROWS, 3), from zenith to nadir.
+
+    Args:
+        lights: Resolved lights of the film section.
+    """
+    radiance = np.zeros((ROWS, 2 * ROWS, 3))
+    for light in lights.values():
+        color = _color(light)
+        if light["kind"] == "environment":
+            radiance += gradient(color, linear(np.asarray(light["horizon"], float))) * light["strength"]
+        elif light["kind"] == "sky":
+            radiance += _sky(light) * color * (1 - CLEAR) * light["strength"]
+    return radiance
 
 
 def dome(radiance: Array) -> Any:
@@ -68,6 +81,11 @@ def dome(radiance: Array) -> Any:
     upright = mi.ScalarTransform4f().rotate([1, 0, 0], 90)
     bitmap = mi.Bitmap(np.ascontiguousarray(radiance, np.float32))
     return mi.load_dict({"type": "envmap", "bitmap": bitmap, "to_world": upright})
+
+
+def _color(light: dict[str, Any]) -> Array:
+    """Return the linear colour of a light; white if it has none, as a sky has its own."""
+    return linear(np.asarray(light["color"], float)) if "color" in light else np.ones(3)
 
 
 def box_irradiance(size: float, distance: float) -> float:

@@ -54,11 +54,13 @@ class Batch:
 
     Attributes:
         is_clear: Whether it is transparent; see `trace`.
+        is_metal: Whether it reflects like metal.
         filters: Whether it is transparent with a colour.
     """
 
     def __init__(self, name: str, shared: BatchMaterial, parts: list[WornMesh], meshes: list[RenderMesh]):
         self.name, self.moves, self.is_clear = name, shared.moves, finish_of(shared.finish).kind == "clear"
+        self.is_metal = bool(finish_of(shared.finish).metallic)
         self.filters = self.is_clear and shared.opacity < 1
         picture = None if shared.picture is None else read_picture(shared.picture)
         self._bsdf = material(

@@ -19,7 +19,7 @@ from text2sim.rendering.backdrop import backdrop_mesh, blocks_light, edge_rays, 
 from text2sim.rendering.finishes import material, needs_uvs
 from text2sim.rendering.floors import floor_material
 from text2sim.rendering.hangers import hangers
-from text2sim.rendering.lights import dome, emitters, gradient
+from text2sim.rendering.lights import dome, dome_radiance, emitters, gradient
 from text2sim.rendering.meshes import RenderMesh
 from text2sim.rendering.offstage import EYES, offstage, views_of
 from text2sim.rendering.renderer import mitsuba
@@ -36,6 +36,9 @@ from text2sim.templates.cameras import View, basis
 BACKDROP_FINISH = "rough"
 ROOM_BRIGHTNESS = 0.8
 """Brightness of the room that glass reflects, as a fraction of the background's."""
+CEILING, WALLS = 1.1, 0.58
+"""Radiance of the room that metals reflect, overhead and at eye level, relative to a white sheet: what a film does not
+show is empty, and polished steel would reflect black."""
 ROOM_RADIUS = 2.0
 """Radius of what a film shows [m] from which textures have their full size."""
 SMALLEST_TEXTURE_SCALE = 0.2
@@ -68,6 +71,9 @@ class FilmMoment:
     """All surfaces of `solid`, and clear liquids; None if there are none."""
     room: Any = None
     """What clear bodies reflect where nothing is."""
+    metals: Any = None
+    """What metals reflect where nothing is, besides the lamps and the light of `solid`: everything else is black. None
+    without metals, or if they lack nothing."""
 
 
 class FilmStage:
@@ -132,8 +138,14 @@ class FilmStage:
         # Bodies that fall out of the picture do not lower the floor.
         return float(max(min(lowest), lowest[0] - np.ptp(states.bounds(bodies, 0.0)[:, 2]))) if lowest else None
 
-    def at(self, t: float, *, gloss: bool = True) -> FilmMoment:
-        """Return the scene at simulated time `t` [s], with the reflections of clear bodies if `gloss`."""
+    def at(self, t: float, *, gloss: bool = True, metals: bool = True) -> FilmMoment:
+        """Return the scene at a time.
+
+        Args:
+            t: Simulated time [s].
+            gloss: Whether the reflections of clear bodies are needed.
+            metals: Whether those of the room in metals are needed.
+        """
         pos, quat = self.recording.states.poses(t)
         around = self.recording.states.around(t)
         shapes: dict[str, Any] = {batch.name: batch.shape(pos, quat, t) for batch in self._rigid if not batch.is_clear}
@@ -152,27 +164,36 @@ class FilmStage:
         if water := {liquid.name: make(liquid.bsdf) for liquid, make in flowing if liquid.is_clear}:
             backdrop = {name: self._fixed[name] for name in self._backdrop}
             liquids = mi.load_dict({"type": "scene"} | backdrop | shapes | water, optimize=False)
+        moment = FilmMoment(solid, liquids=liquids, room=None if liquids is None else self._room)
         clear = [batch for batch in self._rigid if batch.is_clear]
         skins = self._soft is not None and self._soft.has_skins
-        if not (clear or skins) or not gloss:
-            return FilmMoment(solid, liquids=liquids, room=None if liquids is None else self._room)
+        gloss, metals = gloss and (bool(clear) or skins), metals and self._metal_room is not None
+        if not (gloss or metals):
+            return moment
         # A black mirror instead of black paint: a mirror sends no rays to the lamps.
         black = mi.load_dict({"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}})
-        colored = {batch.name: batch.shape(pos, quat, t) for batch in clear if batch.filters}
-        shapes = {batch.name: batch.shape(pos, quat, t) for batch in clear}
-        shapes |= {batch.name: batch.shape(pos, quat, t, black) for batch in self._rigid if not batch.is_clear}
-        shapes |= {liquid.name: make(black) for liquid, make in flowing}
+        dark = {batch.name: batch.shape(pos, quat, t, black) for batch in self._rigid if not batch.is_clear}
+        dark |= {liquid.name: make(black) for liquid, make in flowing}
         if rods is not None:
-            shapes["rods"] = _painted("rods", rods, _post_colors(rods))(black)
+            dark["rods"] = _painted("rods", rods, _post_colors(rods))(black)
         if self._soft is not None:
-            clear_skins = self._soft.shapes(around, clear=True) if skins else {}
+            dark |= self._soft.shapes(around, black)
+        dark |= {name: make(black) for name, (make, _) in self._backdrop.items()}
+        if metals:
+            bright = {batch.name: batch.shape(pos, quat, t) for batch in self._rigid if batch.is_metal}
+            mirrored = {"type": "scene", "dome": self._metal_room} | dark | bright
+            moment = replace(moment, metals=mi.load_dict(mirrored, optimize=False))
+        if not gloss:
+            return moment
+        colored = {batch.name: batch.shape(pos, quat, t) for batch in clear if batch.filters}
+        shapes = dark | {batch.name: batch.shape(pos, quat, t) for batch in clear}
+        if self._soft is not None and skins:
+            clear_skins = self._soft.shapes(around, clear=True)
             colored |= clear_skins
-            shapes |= self._soft.shapes(around, black) | clear_skins
+            shapes |= clear_skins
         filters = mi.load_dict({"type": "scene"} | colored, optimize=False) if colored else None
-        shapes |= {name: make(black) for name, (make, _) in self._backdrop.items()}
-        shapes["dome"] = self._room
-        gleaming = mi.load_dict(self._fixed | shapes, optimize=False)
-        return FilmMoment(solid, gleaming, filters, liquids, self._room)
+        gleaming = mi.load_dict(self._fixed | shapes | {"dome": self._room}, optimize=False)
+        return replace(moment, gloss=gleaming, filters=filters, room=self._room)
 
     @cached_property
     def _post(self) -> Any:
@@ -187,6 +208,15 @@ class FilmStage:
         """
         film = self.recording.film
         return dome(gradient(linear(np.asarray(film["background"])) * ROOM_BRIGHTNESS / film["gain"], np.zeros(3)))
+
+    @cached_property
+    def _metal_room(self) -> Any:
+        """What metals reflect of a room beyond the light of the film's own domes; None if that is nothing."""
+        if not any(batch.is_metal for batch in self._rigid):
+            return None
+        film = self.recording.film
+        missing = gradient(np.full(3, CEILING), np.full(3, WALLS)) / film["gain"] - dome_radiance(film["lights"])
+        return dome(np.maximum(missing, 0.0)) if (missing > 0).any() else None
 
     def _make_backdrop(self) -> dict[str, tuple[Callable[[Any], Any], Any]]:
         """Return for the floor and the wall a factory that takes a material, and the default material."""

@@ -66,7 +66,7 @@ class StandingCameras:
         shares = []
         for k in np.unique(np.linspace(0, len(still) - 1, SHARES).round().astype(int)) if still else ():
             reference = self.references[still[k]]
-            if self._stage().at(reference.t, gloss=False).liquids is not None:
+            if self._stage().at(reference.t, gloss=False, metals=False).liquids is not None:
                 return 1.0
             shares.append(float(self._changed(still[k], self._probe(reference)).mean()))
         return float(np.mean(shares)) if shares else 1.0
@@ -106,4 +106,4 @@ class StandingCameras:
         t, part = (frame.t, frame.part) if t is None else (t, part)
         view = self._cameras.view(frame.camera, t, part)
         sensors = sensor(view, self._size), sensor(view, coarse_size(self._size))
-        return probe(self._stage().at(t, gloss=False).solid, *sensors, self._how.depth, SEED)
+        return probe(self._stage().at(t, gloss=False, metals=False).solid, *sensors, self._how.depth, SEED)

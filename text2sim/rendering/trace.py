@@ -35,6 +35,8 @@ COVERAGE = {"type": "depth"}
 """Integrator of coverage: it takes a tenth of the time of paths. It also hits what paths do not see, see `_edges`."""
 SEEN_THROUGH = 0.2
 """Deficit in coverage of paths relative to first hits, averaged around a pixel, from which a surface is transparent."""
+MIRRORED = 3
+"""Maximum depth of paths that reflect the room in metals: those that one metal reflects in another are the longest."""
 ROULETTE = 3
 """Bounces before Russian roulette, which saves a third of the time in a studio with walls."""
 SAMPLES_OF_DRAFTS = 8
@@ -120,6 +122,7 @@ def trace(
     mi = mitsuba()
     path: dict[str, Any] = {"type": "path", "max_depth": quality.depth, "rr_depth": ROULETTE, "hide_emitters": True}
     guide, coverage = mi.load_dict({"type": "aov", "aovs": GUIDES}), mi.load_dict(COVERAGE)
+    mirrored = mi.load_dict(path | {"max_depth": MIRRORED})
     integrator, wanted = mi.load_dict(path), None if behind is None else behind[1]
     # The moments of a motion-blurred frame share the samples of a sharp one.
     total = GUIDE_SAMPLES if len(moments) == 1 else GUIDE_SAMPLES_BLURRED
@@ -134,6 +137,8 @@ def trace(
             guiding_by = through_liquids(moment.liquids, guide)
         with _timed(seconds, "trace"):
             rendered = render(moment.solid, sensor, seen, samples, seed, wanted)
+            if moment.metals is not None:
+                rendered[..., :3] += render(moment.metals, sensor, mirrored, samples, seed, wanted)[..., :3]
             # Coverage is last; only pictures with liquids have another channel before it.
             there = pictures.add(rendered[..., [0, 1, 2, -1]])[..., 3]
         with _timed(seconds, "guides"):
