@@ -49,13 +49,13 @@ MORE_KINDS_NOTE = (
 PLACES_PAGE = (
     "Or `place`, one of the two, by true shapes: `on: table` (let down until it touches), `inside: cup`, `above`, "
     "`below`, `left_of`, `right_of`, `in_front_of`, `behind` (side against side), `beside: wall`, `around: pole`, "
-    "`touching: egg` with `direction: [1, 1, 0]`. What that leaves open is the middle of both, or `at: [x, y]` in the "
-    "world, `at: {corner: [left, front]}` with `inset`, `align: top`; then `offset`, `clearance: 0.002` (the gap). "
-    'Copies are placed as one pattern; `on: "plate[*]"` puts one on each. More: `read: [Poses and places]`.'
+    "`touching: egg` with `direction: [1, 1, 0]`; in its frame: `relative_to: ramp` with `pos`, `euler_deg`. What is "
+    "open is their middle, or `at: [x, y]` in the world, `at: {corner: [left, front]}` with `inset`, `align`; then "
+    '`offset`, `clearance`. Copies: one pattern; `on: "plate[*]"` puts one on each. More: `read: [Poses and places]`.'
 )
 STATIC_PLACES_PAGE = (
-    "Or `place`, one of the two, by true shapes: `on: table`, `above`, `left_of`, `beside: wall`, `around: pole` and "
-    "others, with `at: [x, y]` in the world, `offset`, `clearance`. More: `read: [Poses and places]`."
+    "Or `place`, one of the two, by true shapes: `on: table`, `above`, `beside: wall`, `relative_to: ramp` and others, "
+    "with `at: [x, y]` in the world, `offset`, `clearance`. More: `read: [Poses and places]`."
 )
 EXPECTATIONS_PAGE = (
     "## Expectations\nOf an event, which happens: `within: [0.3, end]` (its first time), `count: 3` or `[2, 5]`, "

@@ -18,6 +18,7 @@ from text2sim.compiler.shapes.rotation import (
     X_AXIS,
     Z_AXIS,
     Vec,
+    frame_apply,
     quat_between,
     quat_from_yaw,
     quat_multiply,
@@ -26,6 +27,7 @@ from text2sim.compiler.shapes.rotation import (
     vector_plus,
 )
 from text2sim.compiler.shapes.sizes import CopySpot, Sizes
+from text2sim.spec_schema.models.place_rules import contradictions
 from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.repeat import Line, Packing, Repeat, Ring, RunningBond, Spiral
 from text2sim.spec_schema.names.selectors import parse_selector
@@ -104,6 +106,20 @@ class PlacementTargets:
                 "pairs",
             )
         return PlacedGroup([spots[index]], self.sizes)
+
+    def frame(self, entry: PlacementEntry, index: int) -> CopySpot:
+        """Return the copy in whose frame one copy is placed.
+
+        Raises:
+            PlaceError: if the selector means several.
+        """
+        group, selector = self.partner(entry, index), entry.models[index].place.target
+        spots = [*group.members, *group.planes]
+        if len(spots) > 1:
+            name = parse_selector(selector).body
+            message = f"`{selector}` means {len(spots)} copies, and a frame is that of one, such as `{name}[0]`"
+            raise PlaceError(message, "relative_to")
+        return spots[0]
 
 
 def arrange(entry: PlacementEntry, targets: PlacementTargets) -> list[CopySpot]:
@@ -188,6 +204,8 @@ def _arranged(entry: PlacementEntry, spots: list[CopySpot], targets: PlacementTa
         raise PatternError("a packing lies in its region, which is in the world; leave out `place`", "place")
     if isinstance(repeat, Line) and repeat.start is not None:
         raise PatternError("a line with a `start` has its place; leave out `start` or `place`", "place")
+    if place.relation == "relative_to":
+        return _in_frames(entry, spots, targets)
     if repeat is None:
         return [
             _move_spot(spots[0], settle(place, PlacedGroup(spots, targets.sizes), targets.partner(entry, 0), ORIGIN))
@@ -206,6 +224,23 @@ def _arranged(entry: PlacementEntry, spots: list[CopySpot], targets: PlacementTa
         middle = quat_rotate(lean, middle)
     shift = settle(place, PlacedGroup(spots, targets.sizes), goal, middle, ringed=_ringed(entry))
     return [_move_spot(spot, shift) for spot in spots]
+
+
+def _in_frames(entry: PlacementEntry, spots: list[CopySpot], targets: PlacementTargets) -> list[CopySpot]:
+    """Return copies that are placed and oriented in the frames of other copies."""
+    for key, message in contradictions(entry.models[0].place):
+        raise PlaceError(message, key)
+    at = [spot.model.place.pos or ORIGIN for spot in spots]
+    own = [spot._replace(pos=pos) for spot, pos in zip(spots, at, strict=True)]
+    if entry.repeat is not None:
+        own = spread(entry.repeat, own, targets.sizes)
+    if _pairs(entry, entry.model.place.target):
+        own = [spot._replace(pos=pos) for spot, pos in zip(own, at, strict=True)]
+    frames = [targets.frame(entry, index) for index in range(len(own))]
+    return [
+        spot._replace(pos=frame_apply(frame.pos, frame.quat, spot.pos), quat=quat_multiply(frame.quat, spot.quat))
+        for frame, spot in zip(frames, own, strict=True)
+    ]
 
 
 def _one_by_one(entry: PlacementEntry, spots: list[CopySpot], targets: PlacementTargets) -> list[CopySpot]:

@@ -15,6 +15,8 @@ SIDES: dict[str, tuple[float, float, float]] = {
     "behind": (0.0, 1.0, 0.0),
 }
 """Direction in the world of each relation to a side."""
+_ELSEWHERE = ("at", "inset", "direction", "align", "clearance", "offset", "facing", "flush_deg")
+"""Fields that have no meaning in the frame of another body."""
 _NAMES = "xyz"
 _TINY = 1e-9
 
@@ -32,6 +34,13 @@ def direction_of(place: Place) -> tuple[float, float, float]:
 def contradictions(place: Place) -> Iterator[tuple[str, str]]:
     """Yield each field of a placement that has no effect or is redundant, with the reason."""
     relation = place.relation
+    if relation == "relative_to":
+        for field in _ELSEWHERE:
+            if field in place.model_fields_set and getattr(place, field) is not None:
+                yield field, f"`{field}` has no effect with `relative_to`; give pos, and quat or euler_deg"
+        return
+    if place.pos is not None:
+        yield "pos", f"`pos` has no effect with `{relation}`; it belongs to relative_to; use `at` or `offset`"
     yield from _about_at(place, relation)
     if place.direction is not None:
         if relation not in ("beside", "touching"):

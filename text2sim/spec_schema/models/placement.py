@@ -19,6 +19,7 @@ RELATIONS = (
     "beside",
     "around",
     "touching",
+    "relative_to",
 )
 
 End = Literal["min", "center", "max"]
@@ -63,6 +64,10 @@ class Place(Model):
     """Around it: a ring on a pole, aligned with its axis, or copies in a ring or spiral."""
     touching: Selector | None = None
     """Moved from the side given by `direction` towards its centre, or towards the region `at`, until they touch."""
+    relative_to: Selector | None = None
+    """At `pos` in its frame, where it starts. The orientation and the pattern of copies are in that frame, too."""
+    pos: Vec3 | None = None
+    """With `relative_to`: position [m] of the origin in that frame, by default its origin."""
     at: Vec2 | BodyRegion | None = None
     """World x and y [m], or a region of the other body in that body's frame; by default its centre."""
     inset: NonNegative = 0.0

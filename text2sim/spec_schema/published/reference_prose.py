@@ -91,6 +91,7 @@ In `pose` or `place`, one of the two. Placement uses the true shapes, not their 
 | `around: pole` | a ring on a pole: on its axis, at half its height, aligned with it | along the axis |
 | `around: table`, with a ring of copies | the copies around it, on its ground level | z |
 | `touching: egg`, `direction: [1, 1, 1]` | moved from that side until the surfaces touch | across |
+| `relative_to: board`, `pos: [0, 0.1, 0.02]` | in the frame of the other, which its orientation and pattern follow | |
 
 Open directions are centred (in height: on the same ground level), unless one of these determines them:
 
