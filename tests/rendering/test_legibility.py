@@ -215,6 +215,16 @@ def test_what_the_edge_of_the_picture_cuts_is_said(make_run: MakeRun) -> None:
     assert re.fullmatch(r"the picture's edge cuts off up to (2\d|3\d) % of `cut` in 4 of 4 pictures", row), row
 
 
+def test_statics_that_the_edge_of_the_picture_cuts_are_said_unless_they_are_background(make_run: MakeRun) -> None:
+    """The camera of the test above. The wall reaches far beyond the picture, the pit by some 15 % of its width."""
+    camera = {"main": {"kind": "still", "up": (0, 0, 1), "fov": 40.0, "pos": (0, -4, 0), "look_at": (0, 0, 0)}}
+    statics = {"wall": {"half": (9.0, 0.1, 3.0), "pos": (0, 3.0, 0)}, "pit": {"half": 0.5, "pos": (2.5, 1, 0)}}
+    ball = {"ball": STILL | {"half": 0.3, "pos": (0, 0, 0)}}
+    found = summarise(Watcher(read_recording(make_run(ball | statics, cameras=camera))))["remarks"]
+    cut = [row for row in found if "edge" in row]
+    assert len(cut) == 1 and "`pit`" in cut[0] and "show all of it" in cut[0], found
+
+
 def test_motion_is_the_way_across_the_picture(make_run: MakeRun) -> None:
     camera = {"main": {"kind": "still", "up": (0, 0, 1), "fov": 40.0, "pos": (0, -5, 0), "look_at": (0, 0, 0)}}
     run = make_run({"runner": {"half": 0.01, "pos": (-0.1, 0, 0), "velocity": (1.0, 0, 0)}}, cameras=camera)

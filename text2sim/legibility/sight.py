@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from text2sim.assets.surface import triangle_areas
 from text2sim.drawing.raster import Raster
 from text2sim.drawing.view import PictureView
 
@@ -24,6 +25,11 @@ MIN_PIXELS = 4
 """Smallest number of pixels of a thing alone for which the hidden part can be measured."""
 RING_WIDTH = 3
 """Width of the surroundings that a thing is compared with [pixels]."""
+
+SIDE = 4
+"""Number of parts that each side of a triangle is divided into, to find what part of it is in the picture."""
+SLIVER = 1e-6
+"""Area of a triangle without any, relative to the largest."""
 
 
 class Things(NamedTuple):
@@ -49,7 +55,7 @@ class Measures(NamedTuple):
     hidden: float | None
     """Part of it that others hide, of what is in the picture; None if it is too small to measure."""
     inside: float
-    """Part of its points that are in the picture, hidden or not."""
+    """Part of its surface that is in the picture, hidden or not."""
     edge: float | None
     """Distance from the edge of the picture, in heights of the picture; None if it is not visible."""
     contrast: float | None
@@ -74,7 +80,7 @@ class Sight:
     alone: Array
     """Number of pixels at which it would be visible without the others, shape (m,)."""
     inside: Array
-    """Part of its points that are in the picture, shape (m,)."""
+    """Part of the surface of each thing that is in the picture, whether anything hides it, shape (m,)."""
 
     @property
     def size(self) -> int:
@@ -152,24 +158,50 @@ def look(things: Things, view: PictureView) -> Sight:
     pixels, owners = np.divmod(covered, max(count, 1))
     visible = (front[pixels] == owners) | np.isin(covered, np.concatenate(clear))
     seen, alone = (np.bincount(rows, minlength=count).astype(float) for rows in (owners[visible], owners))
-    inside = _specks(things, view, nearness, seen, alone)
-    return Sight(view, front, pixels, owners, visible, seen, alone, inside)
+    _count_specks(things, view, nearness, seen, alone)
+    return Sight(view, front, pixels, owners, visible, seen, alone, _inside(things, view))
 
 
-def _specks(things: Things, view: PictureView, nearness: Array, seen: Array, alone: Array) -> Array:
-    """Count things between the centres of pixels in `seen` and `alone`; return the part of each within the picture."""
-    count = things.number
-    points, owner = things.triangles.reshape(-1, 3), np.repeat(things.owner, 3)
+def _inside(things: Things, view: PictureView) -> Array:
+    """Return the part of the surface of each thing that is within the picture."""
+    points = np.einsum("pk,tkc->tpc", _samples(SIDE), things.triangles)
+    within = _within(view, points.reshape(-1, 3)).reshape(points.shape[:2]).mean(axis=1)
+    area = triangle_areas(things.triangles)
+    area += SLIVER * area.max(initial=1.0)  # of what has no area at all, the points count
+    found, whole = (np.bincount(things.owner, weights, things.number) for weights in (within * area, area))
+    return found / np.maximum(whole, 1e-300)
+
+
+def _samples(side: int) -> Array:
+    """Return the corners of a triangle and the middles of equal parts of it, as weights of its corners, shape (n, 3).
+
+    With the corners, only what is wholly in the picture counts as such.
+    """
+    rows = [(i, j, side - 1 - i - j) for i in range(side) for j in range(side - i)]
+    upright = [(i + 1 / 3, j + 1 / 3, k + 1 / 3) for i, j, k in rows]
+    turned = [(i + 2 / 3, j + 2 / 3, k - 1 / 3) for i, j, k in rows if k > 0]
+    return np.concatenate([np.eye(3), np.array([*upright, *turned]) / side])
+
+
+def _within(view: PictureView, points: Array) -> NDArray[np.bool_]:
+    """Return which points (n, 3) [m] are in the picture, hidden or not."""
     pixels, depth = view.pixels(points), -view.local(points)[:, 2]
     with np.errstate(invalid="ignore"):
-        within = ((pixels >= 0) & (pixels < (view.width, view.height))).all(axis=1) & (depth > view.near)
-    column, row = np.floor(pixels[within]).astype(int).T
-    ahead = 1.0 / depth[within] >= nearness[row * view.width + column] * (1 - 1e-3)
-    there, shown = (np.bincount(rows, minlength=count) for rows in (owner[within], owner[within][ahead]))
+        return ((pixels >= 0) & (pixels < (view.width, view.height))).all(axis=1) & (depth > view.near)
+
+
+def _count_specks(things: Things, view: PictureView, nearness: Array, seen: Array, alone: Array) -> None:
+    """Count things between the centres of pixels in `seen` and `alone`."""
+    count = things.number
+    points, owner = things.triangles.reshape(-1, 3), np.repeat(things.owner, 3)
+    within = _within(view, points)
+    points, owner = points[within], owner[within]
+    column, row = np.floor(view.pixels(points)).astype(int).T
+    ahead = 1.0 / -view.local(points)[:, 2] >= nearness[row * view.width + column] * (1 - 1e-3)
+    there, shown = (np.bincount(rows, minlength=count) for rows in (owner, owner[ahead]))
     tiny = (alone == 0) & (there > 0)
     alone[tiny] = SPECK_PIXELS
     seen[(seen == 0) & (shown > 0)] = SPECK_PIXELS
-    return there / np.maximum(np.bincount(owner, minlength=count), 1)
 
 
 def contrast(picture: Array, mask: NDArray[np.bool_]) -> float | None:

@@ -28,6 +28,8 @@ CUT_SHARE = 0.5
 """Part of a body within the picture below which it is reported as cut off."""
 TRIMMED_SHARE = 0.97
 """Part of a body within the picture below which the picture's edge cuts it."""
+WHOLE_SHARE = 0.75
+"""Part of a static within the picture from which it is no mere background, such as a wall or a table top."""
 FAINT_CONTRAST = 0.04
 """Contrast below which a body hardly stands out."""
 QUICK_MOTION = 0.25
@@ -68,6 +70,7 @@ def summarise(watcher: Watcher, moments: Sequence[Moment] = ()) -> dict[str, Any
     remarks = [
         *_about_film(watcher, pictures[MAIN], rows[MAIN], last),
         *_about_bodies(watcher, pictures[MAIN], rows[MAIN]),
+        *_about_statics(watcher, rows[MAIN]),
         *_about_moments(watcher, pictures[MAIN], moments[:MAX_EVENTS]),
         *_about_turning(watcher, pictures[MAIN], rows[MAIN]),
     ]
@@ -184,11 +187,7 @@ def _about_bodies(watcher: Watcher, pictures: list[Frame], rows: list[Row]) -> l
         elif median(row["inside"] for row in present) < CUT_SHARE:
             found.append(f"most of `{name}` is beyond the edges of the picture")
         elif median(row["inside"] for row in present) < TRIMMED_SHARE:
-            trimmed = [row["inside"] for row in present if row["inside"] < TRIMMED_SHARE]
-            found.append(
-                f"the picture's edge cuts off up to {_percent(1 - min(trimmed))} of `{name}` in {len(trimmed)} of "
-                f"{len(rows)} pictures"
-            )
+            found.append(_cut(name, present, rows))
         if median(row["hidden"] or 0.0 for row in present) > HIDDEN_SHARE:
             found.append(f"`{name}` is hidden in most pictures: {_what_hides(watcher, pictures, rows, name)}")
         if (
@@ -202,6 +201,26 @@ def _about_bodies(watcher: Watcher, pictures: list[Frame], rows: list[Row]) -> l
                 f"`{name}` crosses {_percent(numbers['motion'])} of the picture's height from one picture to the next"
             )
     return found
+
+
+def _about_statics(watcher: Watcher, rows: list[Row]) -> list[str]:
+    """Remarks about statics that are meant to be seen, because most of each is in the picture, and are cut off."""
+    found = []
+    for name in _statics(watcher):
+        present = [row["bodies"][name] for row in rows if name in row["bodies"]]
+        inside = median(row["inside"] for row in present) if present else 0.0
+        if WHOLE_SHARE <= inside < TRIMMED_SHARE and max(row["share"] or 0.0 for row in present) >= SMALL_SHARE:
+            found.append(f"{_cut(name, present, rows)}: show all of it, or let it go on far beyond")
+    return found
+
+
+def _cut(name: str, present: list[Mapping[str, Any]], rows: list[Row]) -> str:
+    """Words for the part of a thing that is beyond the edges of the picture."""
+    trimmed = [row["inside"] for row in present if row["inside"] < TRIMMED_SHARE]
+    return (
+        f"the picture's edge cuts off up to {_percent(1 - min(trimmed))} of `{name}` in {len(trimmed)} of "
+        f"{len(rows)} pictures"
+    )
 
 
 def _about_moments(watcher: Watcher, pictures: list[Frame], moments: Sequence[Moment]) -> list[str]:
