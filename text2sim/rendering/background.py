@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation, find_objects, gaussian_filter, label, uniform_filter
+from scipy.ndimage import binary_dilation, binary_opening, find_objects, gaussian_filter, label, uniform_filter
 
 from text2sim.rendering.partly import render
 from text2sim.rendering.renderer import mitsuba
@@ -41,6 +41,8 @@ LIGHT, AROUND = 0.02, 1.5
 [coarse pixels]."""
 MOST_OF_ONE = 0.25
 """Largest relative difference of a single coarse pixel that counts."""
+NARROWEST = 3
+"""Width of the narrowest change in light that counts [coarse pixels]: two paths that differ make a narrower one."""
 DARK = 0.03
 """Radiance, relative to a white sheet, that is added to what differences are relative to."""
 MARGIN, COARSE_MARGIN = 4, 2
@@ -118,7 +120,8 @@ def changed(now: Probe, before: Probe, gain: float) -> Mask:
     level = _averaged(before.light).max(axis=-1, keepdims=True) + DARK / gain
     # Of a single path that has changed, little is known.
     away = np.clip(now.light - before.light, -MOST_OF_ONE * level, MOST_OF_ONE * level)
-    lit = (np.abs(_averaged(away)) > LIGHT * level).any(axis=-1)
+    lit: Any = (np.abs(_averaged(away)) > LIGHT * level).any(axis=-1)
+    lit = binary_opening(lit, np.ones((NARROWEST, NARROWEST)))
     lit |= ~np.isfinite(now.light).all(axis=-1)
     wide = np.kron(binary_dilation(lit, iterations=COARSE_MARGIN), np.ones((COARSE, COARSE), bool))
     return np.logical_or(binary_dilation(moved, iterations=MARGIN), wide[: moved.shape[0], : moved.shape[1]])
