@@ -104,3 +104,9 @@ def test_letters_say_nothing_twice_and_nothing_of_what_deforms_where_nothing_doe
     assert "pieces" in kinds, "bonds of rigid bodies break, too"
     assert "stretch" not in kinds
     assert {*kinds} < {*language.kinds_to_expect_with().split(", ")}
+
+
+@pytest.mark.parametrize(("one", "page"), [("camera", "Cameras"), ("Schedule", "Schedules"), ("events", "Events")])
+def test_a_page_is_found_by_its_singular(one: str, page: str) -> None:
+    assert language.explanation(one) == language.explanation(page)
+    assert f"## {page}" in language.explanation(one)

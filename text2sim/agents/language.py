@@ -247,7 +247,7 @@ def explanation(name: str) -> str:
             parts.append("\n".join([f"## {section.title}", *kinds_brief(section, {name})]))
             if section.title == "`bodies`: the actors" and (own := _own_material(name)):
                 parts.append(own)
-        elif section.title.lower() == name.lower():
+        elif section.title.lower().removesuffix("s") == name.lower().removesuffix("s"):
             parts.append(section_brief(section))
     prefab = prefabs(only={name})
     return "\n\n".join([*parts, *([f"## Prefab `{name}`\n{prefab}"] if prefab else [])])
@@ -283,10 +283,10 @@ _BRIEF_RULES = """\
 SI units (m, kg, s, N, rad); degrees only where a field ends in `deg`. z is up, left is -x, in front is -y; quaternions
 are (w, x, y, z). A positive turn about y carries the +x side down, about x the +y side up, about z +x towards +y.
 Names are of letters, digits and `_`. Unknown fields are errors; `*` marks required ones, others have a default.
-`${…}` is arithmetic over `params`: + - * / // % **, comparisons, `a if c else b`, `list[0]`, sin, cos, tan, atan2,
-sqrt, abs, min, max, radians, degrees, pi. In copies (`repeat`), and only there, also `i`, `n`, `u` (0 to 1), `row`,
-`column`, `layer`. Selectors: `brick` or `brick[*]` every copy, `brick[3]`, `brick[2:5]`, `arm.hand` a link or joint,
-in `of` also a list."""
+`${…}` is arithmetic over `params`: + - * / // % **, comparisons, `a if c else b`, `list[0]`, sin, cos, tan, asin, acos,
+atan2, sqrt, abs, min, max, radians, degrees, pi. In copies (`repeat`), and only there, also `i`, `n`, `u` (0 to 1),
+`row`, `column`, `layer`. Selectors: `brick` or `brick[*]` every copy, `brick[3]`, `brick[2:5]`, `arm.hand` a link or
+joint, in `of` also a list."""
 _JOINT_RULES = """ The joint of a rigid body on a hinge or slider goes by the body's name, that of an articulated body
 by its link; its position counts from the start."""
 _JOINTLESS_READERS = ("scene", "render")
