@@ -2,6 +2,8 @@
 
 from math import asin, degrees, hypot
 
+import pytest
+
 from text2sim.agents import language
 from text2sim.agents.kind_words import kinds_in
 from text2sim.compiler.film_lights import STUDIOS
