@@ -137,6 +137,44 @@ bodies:
     )
 
 
+RACK = """
+scene: {duration: 0.6, dt: "${dt}", substeps: 1}
+bodies:
+  clock:
+    kind: articulated
+    pose: {pos: [0, 0, 3]}
+    material: {density: 1000}
+    links:
+      frame: {shape: {kind: box, size: [0.02, 0.02, 0.02]}}
+      rack: {parent: frame, shape: {kind: box, size: [0.05, 0.05, 0.2]}, joint: {kind: slider, axis: z}}
+      pinion: {parent: frame, pose: {pos: [0.3, 0, 0], euler_deg: [90, 0, 0]}, shape: {kind: cylinder, radius: 0.1, height: 0.05}, joint: {kind: hinge, axis: z}}
+      flywheel: {parent: frame, pose: {pos: [0.6, 0, 0], euler_deg: [90, 0, 0]}, shape: {kind: cylinder, radius: 0.15, height: 0.02}, joint: {kind: hinge, axis: z}}
+    loops:
+      teeth: {kind: gear, between: [pinion, rack], ratio: "${1 / r}"}
+      wheels: {kind: gear, between: [flywheel, pinion], ratio: "${step}"}
+"""
+
+
+@pytest.mark.parametrize("ratio", [-2.0, 0.5])
+def test_a_falling_rack_turns_geared_wheels(simulate, agree, ratio):
+    """With q = z / r of the pinion and n q of the flywheel, Lagrange gives z'' = -m g / (m + (I1 + n^2 I2) / r^2).
+
+    The gears are springs and dampers with the time constant 2 h, of which the motion is late by at most a few steps.
+    """
+    r, dt = 0.08, 0.002
+    trial = simulate(RACK, dt=dt, r=r, step=ratio)
+    z, pinion, flywheel = (trial.joint(f"clock.{name}")[0] for name in ("rack", "pinion", "flywheel"))
+    mass = 1000 * 0.05 * 0.05 * 0.2
+    wheels = [1000 * np.pi * radius**4 * height / 2 for radius, height in ((0.1, 0.05), (0.15, 0.02))]
+    pull = mass * 9.81 / (mass + (wheels[0] + ratio**2 * wheels[1]) / r**2)
+    fallen = pull * trial.time**2 / 2
+    agree(f"rack, n {ratio}: fall [m]", -z, fallen, within=3 * dt * pull * trial.time[-1])
+    agree(f"rack, n {ratio}: pinion [rad]", pinion, z / r, within=3 * pull / r * (2 * dt) ** 2)
+    agree(
+        f"rack, n {ratio}: flywheel [rad]", flywheel, ratio * pinion, within=3 * abs(ratio) * pull / r * (2 * dt) ** 2
+    )
+
+
 GATE = """\
 <robot name="gate">
   <link name="post"><collision><geometry><box size="0.05 0.05 0.05"/></geometry></collision></link>

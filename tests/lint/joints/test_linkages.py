@@ -129,3 +129,23 @@ def test_a_motor_of_a_linkage_is_too_slow(assets: Path) -> None:
     up = "position: {kind: ramp, to: 0.5, end: 1}"
     expect_words(assets, "slow-motor", "for its load", table("stiffness: 900, damping: 90, max_force: 8", up))
     expect_words(assets, "slow-motor", "", table(target=up))
+
+
+HOIST = """
+bodies:
+  hoist:
+    kind: articulated
+    pose: {pos: [0, 0, 2]}
+    links:
+      frame: {shape: {kind: box, size: [0.02, 0.02, 0.02]}}
+      wheel: {parent: frame, pose: {pos: [0, 0, 0.3], euler_deg: [90, 0, 0]}, shape: {kind: cylinder, radius: 0.05, height: 0.02}, joint: {kind: hinge, axis: z, actuator: {stiffness: 900, damping: 90}}}
+      load: {parent: frame, material: {mass: 2}, shape: {kind: box, size: [0.1, 0.1, 0.1]}, joint: {kind: slider, axis: z, spring: 30}}
+    loops: {rack: {kind: gear, between: [load, wheel], ratio: 0.05}}
+actions: {controls: {go: {kind: drive, joint: hoist.wheel, position: 0}}}
+"""
+
+
+@pytest.mark.parametrize("turn", [0.0, 4.0])
+def test_a_motor_carries_what_is_geared_to_it(turn: float) -> None:
+    """The load rises by r q, so that the moment is -r (m g + k r q)."""
+    assert motor_of(HOIST).load(turn) == pytest.approx(-0.05 * (2 * G + 30 * 0.05 * turn), rel=1e-5)

@@ -38,8 +38,9 @@ def articulated_tree(body: Articulated, shaped: Shaped) -> Tree:
         )
 
     loops = tuple(
-        TreeLoop(loop.kind, loop.between[0], None if loop.between[1] == "world" else loop.between[1], loop.anchor)
+        TreeLoop(loop.kind, first, None if second == "world" else second, loop.anchor, loop.ratio or 0.0)
         for loop in body.loops.values()
+        for first, second in [loop.between]
     )
     (root,) = children[None]
     movable = [name for name, link in links.items() if getattr(link.joint, "kind", None) in ("hinge", "slider")]

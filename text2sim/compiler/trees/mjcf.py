@@ -48,6 +48,11 @@ def write_mjcf(tree: Tree, model: str, meshes: dict[str, str]) -> str:
         writer.link(world, link)
     equality = ET.SubElement(root, "equality")
     for loop in tree.loops:
+        if loop.kind == "gear" and loop.b is not None:
+            # Coefficients of a polynomial: https://mujoco.readthedocs.io/en/stable/XMLreference.html#equality-joint
+            terms = _row((0.0, loop.ratio, 0.0, 0.0, 0.0))
+            ET.SubElement(equality, "joint", {"joint1": loop.a, "joint2": loop.b, "polycoef": terms})
+            continue
         attributes = {"body1": loop.a, "anchor": _row(loop.anchor)}
         ET.SubElement(equality, loop.kind, attributes | ({"body2": loop.b} if loop.b else {}))
     for section in (asset, equality):

@@ -110,13 +110,16 @@ class TreeLink:
 
 @dataclass(frozen=True)
 class TreeLoop:
-    """An equality constraint between two links (`b` None: the world)."""
+    """An equality constraint between two links (`b` None: the world), or between their joints."""
 
     kind: str
+    """connect, weld, or gear."""
     a: str
     b: str | None
-    anchor: Vec
+    anchor: Vec = ORIGIN
     """[m], in the frame of `a`."""
+    ratio: float = 0.0
+    """Of a gear: position of the joint of `a` per that of `b`."""
 
 
 @dataclass(frozen=True)

@@ -69,7 +69,10 @@ class Linkage:
         # As the engine does, loops are closed where all joints are at 0.
         zero = {row.link.name: row for row in self._standing({})}
         self._ends: list[tuple[str, Vec, str | None, Vec]] = []
+        self._gears = [(loop.a, loop.b, loop.ratio) for loop in tree.loops if loop.kind == "gear" and loop.b]
         for loop in tree.loops:
+            if loop.kind == "gear":
+                continue
             for offset in _CORNERS[: 1 if loop.kind == "connect" else None]:
                 point = vector_plus(loop.anchor, offset)
                 world = frame_apply(zero[loop.a].pos, zero[loop.a].quat, point)
@@ -139,9 +142,9 @@ class Linkage:
         return columns
 
     def _gaps(self, positions: dict[str, float]) -> list[float]:
-        """Return the gaps of the loops [m], three numbers for each point that should coincide with another."""
+        """Return the gaps of the loops [m], three for each point that should coincide, and of gears [rad or m]."""
         at = {row.link.name: row for row in self._standing(positions)}
-        gaps: list[float] = []
+        gaps = [positions.get(a, 0.0) - ratio * positions.get(b, 0.0) for a, b, ratio in self._gears]
         for a, point, b, other in self._ends:
             here = frame_apply(at[a].pos, at[a].quat, point)
             there = other if b is None else frame_apply(at[b].pos, at[b].quat, other)

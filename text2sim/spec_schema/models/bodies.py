@@ -169,14 +169,30 @@ class Link(Model):
 
 
 class Loop(Model):
-    """A constraint that closes a loop of links."""
+    """A constraint between two links or joints: it closes a loop of links, or gears joints together."""
 
-    kind: Literal["connect", "weld"] = "connect"
-    """`connect` joins one point, `weld` the whole frame."""
+    kind: Literal["connect", "weld", "gear"] = "connect"
+    """`connect` joins one point, `weld` the whole frame. `gear` couples the hinges or sliders of the two links, as
+    ideal teeth, a rack, a belt or the works of a dial do: the first is at `ratio` times the position of the second, and
+    each feels the load of the other."""
     between: tuple[Name, Name]
-    """Two links; `world` may be the second."""
+    """Two links; with `connect` and `weld`, `world` may be the second."""
     anchor: Vec3 = (0.0, 0.0, 0.0)
-    """The point [m] in the first link's frame."""
+    """With `connect` and `weld`: the point [m] in the first link's frame."""
+    ratio: Real | None = None
+    """With `gear`: position of the first link's joint per that of the second's, negative if it turns the other way: -2
+    for 20 teeth on 40, 1/r [rad/m] for a pinion of radius r on a rack."""
+
+    @model_validator(mode="after")
+    def _fields_of_kind(self) -> "Loop":
+        if self.kind == "gear":
+            if not self.ratio:
+                raise ValueError("gear needs a ratio other than 0: position of the first joint per that of the second")
+            if "anchor" in self.model_fields_set:
+                raise ValueError("a gear couples joints and has no anchor")
+        elif self.ratio is not None:
+            raise ValueError(f"ratio belongs to kind gear, not to {self.kind}")
+        return self
 
 
 class JointOverride(Model):
@@ -218,7 +234,7 @@ class Articulated(Placed):
     material: Material = Material.model_construct()
     """Material of links without their own."""
     loops: dict[Name, Loop] = Field(default_factory=dict)
-    """Constraints that close loops."""
+    """Constraints that close loops of links, or gear joints together."""
     initial: dict[Names, Real] = Field(default_factory=dict)
     """Start position of hinge [rad] and slider [m] joints by name or pattern."""
     self_collision: Bool | None = None

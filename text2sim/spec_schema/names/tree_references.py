@@ -5,11 +5,14 @@ from math import degrees
 from typing import Any
 
 from text2sim.spec_schema.errors import nearest, there_are
-from text2sim.spec_schema.models.bodies import Articulated, HingeMount, Link, Rigid, SliderMount
+from text2sim.spec_schema.models.bodies import Articulated, HingeMount, Link, Loop, Rigid, SliderMount
 from text2sim.spec_schema.names.name_table import NameTable
 from text2sim.spec_schema.names.reference_cycles import find_cycles
-from text2sim.spec_schema.names.selectors import WORLD, named_by
+from text2sim.spec_schema.names.selectors import WORLD, named_by, spread_over
 from text2sim.spec_schema.text.document import Path
+
+START_GAP = 1e-6
+"""Largest error of a gear at the start [rad or m], relative to the position of its first joint if above 1."""
 
 
 def check_tree(table: NameTable, name: str, body: Articulated) -> None:
@@ -104,6 +107,27 @@ def _check_loops(table: NameTable, root: Path, body: Articulated, links: dict[st
             table.report((*where, index), message, "unknown-link", nearest(link, links))
         if loop.between[0] == loop.between[1]:
             table.report(where, "a loop is between two different links", "tree")
+        elif loop.kind == "gear":
+            _check_gear(table, where, loop, body, links)
+
+
+def _check_gear(table: NameTable, where: Path, loop: Loop, body: Articulated, links: dict[str, Link]) -> None:
+    """Check that a gear couples hinges or sliders, and that they start as it couples them."""
+    for index, name in enumerate(loop.between):
+        if name == WORLD or (name in links and not isinstance(links[name].joint, HingeMount | SliderMount)):
+            message = f"`{name}` has no hinge or slider, and a gear couples two of them"
+            table.report((*where, index), message, "tree")
+            return
+    movable = [name for name, link in links.items() if isinstance(link.joint, HingeMount | SliderMount)]
+    start = spread_over(movable, body.initial)
+    first, second = (start.get(name, 0.0) for name in loop.between)
+    assert loop.ratio is not None
+    if abs(first - loop.ratio * second) > START_GAP * max(1.0, abs(first)):
+        message = (
+            f"`{loop.between[0]}` starts at {first:g} and `{loop.between[1]}` at {second:g}, which a ratio of "
+            f"{loop.ratio:g} takes to {loop.ratio * second:g}; say the same in `initial`"
+        )
+        table.report(where, message, "inconsistent")
 
 
 def _check_initial(table: NameTable, root: Path, body: Articulated, joints: Mapping[str, Any]) -> None:
