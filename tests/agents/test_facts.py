@@ -124,6 +124,24 @@ bodies:
     assert facts._size(target, run) == pytest.approx(0.1)
 
 
+def test_the_mass_of_what_deforms_is_that_of_its_volume() -> None:
+    text = """
+text2sim: 2
+name: balls
+scene: {duration: 1, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  clay:
+    kind: soft
+    shape: {kind: box, size: [0.1, 0.1, 0.2]}
+    solver: mpm
+    material: {density: 1500}
+    place: {on: floor}
+"""
+    run: Any = SimpleNamespace(resolution=resolve_case(load_text(text, Path("case.yaml"))))
+    target: Any = SimpleNamespace(label="clay", copy="clay", soft=object())
+    assert facts._mass(target, run) == pytest.approx(3.0)
+
+
 @pytest.mark.parametrize(
     ("claim", "ok", "said"),
     [

@@ -172,7 +172,9 @@ def _same(claim: Claim, run: JudgedRun) -> FactAnswer:
 
 def _mass(target: "RecordedTarget", run: JudgedRun) -> float:
     if target.soft is not None:
-        raise ValueError(f"the mass of `{target.label}`, which deforms, is not recorded")
+        from text2sim.compiler.masses import masses
+
+        return masses(run.resolution)[target.copy]
     return float(run.recording.masses[list(target.links)].sum())
 
 
