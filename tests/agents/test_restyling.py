@@ -26,6 +26,12 @@ bodies:
         look: {shape: {kind: box, size: [0.1, 0.1, 0.1]}}
         hat: {shape: {kind: sphere, radius: 0.04}, pose: {pos: [0, 0, 0.09]}}
     pose: {pos: [1, 0, 0.5]}
+  gate:
+    kind: articulated
+    links:
+      post: {shape: {kind: box, size: [0.1, 0.1, 0.3]}}
+      bar: {parent: post, shape: {kind: box, size: [0.4, 0.02, 0.02]}, joint: {kind: hinge, axis: y}, look: {color: red}}
+    pose: {pos: [0, 2, 0.5]}
   flag:
     kind: rigid
     shape:
@@ -45,6 +51,8 @@ STYLE: list[list[dict[str, Any]]] = [
     [{"op": "add", "path": "/scene/statics/floor/look", "value": {"color": "#222222"}}],
     [{"op": "add", "path": "/bodies/toy/look", "value": {"color": "red"}}],
     [{"op": "replace", "path": "/bodies/flag/look/color", "value": ["#d80f0f", "#ffc400"]}],
+    [{"op": "replace", "path": "/bodies/flag/shape/parts/pole/look/color", "value": "white"}],
+    [{"op": "add", "path": "/bodies/gate/links/post/look", "value": {"finish": "wood"}}],
 ]
 PHYSICS: list[dict[str, Any]] = [
     {"op": "replace", "path": "/scene/dt", "value": 0.02},

@@ -61,8 +61,7 @@ def _culprit(text: str, operations: Sequence[Operation], path: Path, digest: tup
 def is_style(pointer: str) -> bool:
     """Whether a JSON Pointer leads into `render` or a look.
 
-    The pointer alone does not suffice: a part may be called `look`, and looks of a compound's parts are in its file for
-    the engine. Therefore the digests are compared as well.
+    The pointer alone does not suffice, as a part may be called `look`. Therefore the digests are compared as well.
     """
     try:
         steps = split_pointer(pointer)
