@@ -97,7 +97,8 @@ def test_letters_say_nothing_twice_and_nothing_of_what_deforms_where_nothing_doe
     assert "whose solvers do not check" not in rigid
     assert "whose solvers do not check" in soft
     assert "by default 1000" in rigid
-    assert "decelerates at 5/7 g" in rigid
+    assert "coefficient of rolling resistance" in rigid
+    assert "do not resist rolling" not in rigid
     assert "milk or paint" not in rigid
     joints = "The joint of a rigid body"
     assert joints in language.rules(brief=True, reader="bodies")

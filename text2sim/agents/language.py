@@ -17,6 +17,7 @@ from text2sim.agents.condensed_pages import (
     section_brief,
 )
 from text2sim.agents.kind_words import kinds_in
+from text2sim.agents.page_rows import without_belts, without_deformables, without_rare_rows
 from text2sim.agents.page_selection import (
     ALWAYS_DESCRIBED,
     BELT,
@@ -30,7 +31,6 @@ from text2sim.agents.page_selection import (
     PAGES_BY_READER,
     PLACING_WORDS,
     PLANNER_PAGES,
-    SOFT_FIELDS,
     TURNING_WORDS,
 )
 from text2sim.spec_schema.names.soft_measure_references import BONDED_KINDS
@@ -94,9 +94,9 @@ def reference_pages(reader: str, kinds: Collection[str] | None = None) -> str:
     text = "\n\n".join(parts)
     if wanted is None:
         return text
-    text = (_RARE_STATIC_ROWS if reader == "scene" else _RARE_ROWS).sub("", text)
-    text = text if BELT in wanted else _BELT_ROWS.sub("", text)
-    return text if wanted & DEFORMABLE_KINDS else _without_deformables(text)
+    text = without_rare_rows(text, of_statics=reader == "scene")
+    text = text if BELT in wanted else without_belts(text)
+    return text if wanted & DEFORMABLE_KINDS else without_deformables(text)
 
 
 def _page(section: ReferenceSection, reader: str, wanted: Collection[str] | None) -> str:
@@ -115,19 +115,6 @@ def _page(section: ReferenceSection, reader: str, wanted: Collection[str] | None
         pose = _EXAMPLES_OF_PLACE.sub("", section_brief(section, {"Pose"}, intro=False))
         return f"{pose}\n{PLACES_PAGE if reader == 'bodies' else STATIC_PLACES_PAGE}"
     return section_brief(section, only)
-
-
-def _without_deformables(text: str) -> str:
-    """Drop rows, sentences and examples about deformable bodies."""
-    rows = []
-    for row in _SOFT_ROWS.sub("", text).split("\n"):
-        if _ROW.match(row):
-            first, *more = row.split(". ")
-            row = ". ".join([first, *(part for part in more if not _SOFT_WORDS.search(part))])
-            row += "" if row.endswith((".", ":")) or not more else "."
-        if not _SOFT_EXAMPLE.match(row):
-            rows.append(row)
-    return "\n".join(rows)
 
 
 @cache
@@ -192,7 +179,7 @@ def named_reference(reader: str, text: str, present_kinds: Collection[str] = ())
         if rows:
             parts.append("\n".join([f"## {section.title}", *rows]))
     found = "\n\n".join(parts)
-    return found if wanted & DEFORMABLE_KINDS else _without_deformables(found)
+    return found if wanted & DEFORMABLE_KINDS else without_deformables(found)
 
 
 def _places(reader: str, words: Collection[str]) -> list[str]:
@@ -287,8 +274,8 @@ Names are of letters, digits and `_`. Unknown fields are errors; `*` marks requi
 atan2, sqrt, abs, min, max, radians, degrees, pi. In copies (`repeat`), and only there, also `i`, `n`, `u` (0 to 1),
 `row`, `column`, `layer`. Selectors: `brick` or `brick[*]` every copy, `brick[3]`, `brick[2:5]`, `arm.hand` a link or
 joint, in `of` also a list."""
-_JOINT_RULES = """ The joint of a rigid body on a hinge or slider goes by the body's name, that of an articulated body
-by its link; its position counts from the start."""
+_JOINT_RULES = """ The joint of a rigid body on a hinge or slider goes by the body's name, that of an articulated
+body by its link; its position counts from the start."""
 _JOINTLESS_READERS = ("scene", "render")
 """Readers whose sections name no joints."""
 
@@ -380,20 +367,6 @@ _UNCHANGED_CLAUSE = re.compile(
 """Clauses about parts that must not change."""
 _EXAMPLES_OF_PLACE = re.compile(r"^  e\.g\. `place: .*\n?", re.MULTILINE)
 """Examples that `PLACES_PAGE` replaces."""
-_RARE_ROWS, _RARE_STATIC_ROWS = (
-    re.compile(rf"^- `(?:{rows})` .*\n", re.MULTILINE) for rows in ("quality|tone", "seed|record|density|mass")
-)
-"""Rows of fields that Writers rarely need."""
-_SOFT_ROWS = re.compile(
-    rf"^- `(?:{'|'.join(SOFT_FIELDS)})`.*\n"
-    r"|^ *- `\w+`[^:\n]*: (?:For|Of) (?:deformable|mpm and fem) bodies.*\n",
-    re.MULTILINE,
-)
-_BELT_ROWS = re.compile(r"^.*\bsurface_velocity\b.*\n?", re.MULTILINE)
-_ROW = re.compile(r"- `\w+`\*?(?: \(.*?\))?: ")
-_SOFT_WORDS = re.compile(r"\b(?:deforms?|deformable|liquids?|[Cc]loth|soft body|mpm|pbd|fem)\b")
-_SOFT_EXAMPLE = re.compile(r"\w+: \{.*\b(?:curtain|jelly|water)\b.*\}$")
-"""Names of deformable bodies in the examples."""
 
 
 def _indented(text: str) -> str:

@@ -212,7 +212,7 @@ class JointOverride(Model):
 
 
 class Articulated(Placed):
-    """Links, joints and closed loops: written here, or read from an MJCF or URDF file.
+    """Links, joints, closed loops and gears: written here, or read from an MJCF or URDF file.
 
     A file determines masses, self-collision, start pose and motors, and colours unless `look.color` is given. Links and
     joints have the names of the file (in MJCF a joint without a name has that of its link). An MJCF file also

@@ -33,10 +33,9 @@ class Material(Model):
     """Coulomb coefficient. For a pair of bodies the larger value applies, unless `scene.contact.pairs` gives one."""
     rolling_friction: Real = Field(default=0.0, ge=0.0, le=1.0)
     """Rolling resistance [m]: the torque is this length times the normal force; of a pair, the larger value applies. A
-    ball of radius r decelerates at 5/7 g times this length over r, so that for a coefficient of rolling resistance c
-    (0.01 for a billiard ball) the length is c r; a third to a half less with a pyramidal friction cone
-    (`scene.contact.friction_cone`). Cloth and soft bodies do not resist rolling: let a `damping` of the free mount of a
-    ball stop it there."""
+    ball or wheel of radius r with a coefficient of rolling resistance c (0.01 for a billiard ball) needs c r; with a
+    pyramidal friction cone (`scene.contact.friction_cone`) a third to a half less acts. Cloth and soft bodies do not
+    resist rolling: let a `damping` of the free mount of a ball stop it there."""
     torsional_friction: Real = Field(default=0.0, ge=0.0, le=1.0)
     """Resistance [m] to spin about the contact normal, applied like `rolling_friction`: two thirds of `friction` times
     the radius of the contact patch."""
