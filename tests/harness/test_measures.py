@@ -237,6 +237,10 @@ def test_contact_force_is_that_of_a_scale(new_run, measure):
     np.testing.assert_allclose(force[1:], 20.0)
     everything = measure(folder, kind="contact_force", of="ball", **both).values
     np.testing.assert_allclose(everything[-1], np.hypot(20, 5))
+    # It pushes `other` along +x, and is pushed back.
+    for axis, last in (("z", 20.0), ("x", -5.0), ("y", 0.0)):
+        component = measure(folder, kind="contact_force", of="ball", axis=axis, **both).values
+        np.testing.assert_allclose(component[-1], last)
     np.testing.assert_allclose(measure(folder, kind="contact_count", of="ball", **both).values, 1 + (run.step >= 50))
     np.testing.assert_allclose(
         measure(folder, kind="contact_count", of="ball", by="other", **both).values, run.step >= 50

@@ -43,7 +43,7 @@ def _contact_rows(recording: RecordedCase, of: Targets, by: Targets | None) -> t
 
 
 def _contact_force(recording: RecordedCase, measure: measures.ContactForce) -> Array:
-    """|sum of F dt| / T over the steps of a frame: the magnitude of the mean force, as a scale would show it."""
+    """|sum of F dt| / T over the steps of a frame: the mean force, as a scale would show it, or a component of it."""
     rows, sign = _contact_rows(recording, *_sides(recording, measure))
     states, log = recording.states, recording.contacts
     total = np.zeros((states.frames, 3))
@@ -52,7 +52,7 @@ def _contact_force(recording: RecordedCase, measure: measures.ContactForce) -> A
     if states.frames:
         begin = rows[log.step[rows] == states.steps[0] + 1]
         total[0] = (log.force[begin] * sign[np.isin(rows, begin)][:, None]).sum(axis=0)
-    return np.linalg.norm(total, axis=1)
+    return np.linalg.norm(total, axis=1) if measure.axis is None else total[:, "xyz".index(measure.axis)]
 
 
 def _contact_count(recording: RecordedCase, measure: measures.ContactCount) -> Array:

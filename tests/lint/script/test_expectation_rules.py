@@ -130,6 +130,7 @@ def test_what_cannot_fail(assets: Path, measure: str, expect: str) -> None:
         ("kind: joint_position, of: gate", "during: all, below: 0.53"),  # its limit is 0.5236, and soft
         ("kind: joint_force, of: gate", "during: all, below: 10"),
         ("kind: contact_force, of: ball", "during: all, stat: max, above: 5"),
+        ("kind: contact_force, of: ball, axis: x", "during: all, below: 0"),
         ("kind: energy, of: ball", "at: end, below: 1"),
         ("kind: tilt, of: dice, stat: max", "at: end, above: 45"),
         ("kind: joint_position, of: gate", "during: all, stat: reversals, swing: 0.1, above: 5"),

@@ -178,7 +178,9 @@ def _of_one(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
     if kind == "displacement" and not moving_frame:
         return _distance_bounds(facts, targets)
     kinetic, width = kind == "energy" and measure.part == "kinetic", kind == "extent" and measure.stat == "range"
-    return (0.0, inf, "it is not negative") if measure.traits.never_negative or kinetic or width else UNBOUNDED
+    size = kind == "contact_force" and measure.axis is None
+    positive = measure.traits.never_negative or kinetic or width or size
+    return (0.0, inf, "it is not negative") if positive else UNBOUNDED
 
 
 def _coordinate_bounds(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:

@@ -2,7 +2,7 @@
 
 from typing import ClassVar, Literal
 
-from text2sim.spec_schema.models.base import Selectors
+from text2sim.spec_schema.models.base import AxisName, Selectors
 from text2sim.spec_schema.models.soft_measures import Measured, Traits
 
 
@@ -15,11 +15,14 @@ class ContactForce(Measured):
 
     kind: Literal["contact_force"]
     unit: ClassVar[str] = "N"
-    traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
+    traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=False, instead="")
     of: Selectors
     """The body that the forces act on."""
     by: Selectors | None = None
     """The other body; any by default."""
+    axis: AxisName | None = None
+    """Instead of the magnitude, the signed component along an axis of the world: on what stands on a floor, that along
+    z is the normal force, and positive."""
 
 
 class ContactCount(Measured):
