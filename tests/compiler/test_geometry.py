@@ -67,6 +67,7 @@ ELSEWHERE = {
     "sculpt": "test_sculpt.py",
     "text": "test_glyphs.py",
     "sketch": "test_sketching.py",
+    "extrusion": "test_extrusion.py",
 }
 """Shapes that are tested in their own way, and where."""
 VOLUMES = {

@@ -37,6 +37,7 @@ SOLIDS = {
     "cup": {"radius": 0.3, "height": 0.4, "thickness": 0.05},
     "funnel": {"top_radius": 0.4, "bottom_radius": 0.1, "height": 0.5, "thickness": 0.06},
     "text": {"text": "B8g", "height": 0.3, "depth": 0.1},
+    "extrusion": {"outline": [(0, 0), (0.4, 0), (0.4, 0.1), (0.1, 0.1), (0.1, 0.5), (0, 0.5)], "depth": 0.2},
 }
 
 ELSEWHERE = {"mesh", "compound", "sculpt", "sketch"}

@@ -22,6 +22,7 @@ SHAPES = {
     "tube": "{kind: tube, outer_radius: 0.3, inner_radius: 0.25, height: 0.4}",
     "cup": "{kind: cup, radius: 0.2, height: 0.4, thickness: 0.02}",
     "funnel": "{kind: funnel, top_radius: 0.3, bottom_radius: 0.1, height: 0.3, thickness: 0.03}",
+    "extrusion": "{kind: extrusion, outline: [[-0.2, 0], [0.2, 0], [0.2, 0.1], [0.1, 0.1], [0.1, 0.3], [-0.1, 0.3], [-0.1, 0.1], [-0.2, 0.1]], depth: 0.2}",
 }
 DENSITY, MASS = 700.0, 2.5
 
@@ -54,6 +55,12 @@ def theory(name):
     if name == "box":
         m = 0.1 * 0.2 * 0.3
         return m, 0, m * (0.2**2 + 0.3**2) / 12, m * (0.1**2 + 0.3**2) / 12, m * (0.1**2 + 0.2**2) / 12
+    if name == "extrusion":  # a box on a broader one: 0.2 x 0.2 x 0.2 m on 0.4 x 0.2 x 0.1 m
+        upper, lower = 0.2**3, 0.4 * 0.2 * 0.1
+        m, z = upper + lower, (0.2 * upper + 0.05 * lower) / (upper + lower)
+        heights = upper * (0.2 - z) ** 2 + lower * (0.05 - z) ** 2  # Steiner
+        x, y, tall = (upper * 0.2**2 + lower * w for w in (0.4**2, 0.2**2, 0.1**2))
+        return m, z, (y + tall) / 12 + heights, (x + tall) / 12 + heights, (x + y) / 12
     if name == "polyhedron":  # a pyramid
         m = 0.2**2 * 0.3 / 3
         across = m * (0.2**2 / 20 + 3 * 0.3**2 / 80)

@@ -6,7 +6,7 @@ from text2sim.agents.page_selection import SOFT_FIELDS
 
 _RARE_ROWS, _RARE_ROWS_OF_STATICS = (
     re.compile(rf"^- `(?:torsional_friction|{rows})` .*\n", re.MULTILINE)
-    for rows in ("quality|tone|motion_blur", "seed|record|density|mass")
+    for rows in ("quality|tone|motion_blur|ambient", "seed|record|density|mass")
 )
 _BELT_ROWS = re.compile(r"^.*\bsurface_velocity\b.*\n?", re.MULTILINE)
 _SOFT_ROWS = re.compile(

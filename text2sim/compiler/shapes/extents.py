@@ -30,7 +30,18 @@ from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Compound, Cone, Cup, Ellipsoid, Funnel, Mesh, Sketch, Text, Tube
+from text2sim.spec_schema.models.shapes import (
+    Compound,
+    Cone,
+    Cup,
+    Ellipsoid,
+    Extrusion,
+    Funnel,
+    Mesh,
+    Sketch,
+    Text,
+    Tube,
+)
 from text2sim.spec_schema.models.sheets import Sleeve
 
 TreeExtents = Callable[[Any, Quaternion, Path], Bounds]
@@ -81,7 +92,7 @@ def _reach_mesh(shape: Mesh, u: Vec, folder: Path) -> float:
     return shape.scale * float((corners @ u).max())
 
 
-def _reach_flat(shape: Text | Sketch, u: Vec, folder: Path) -> float:
+def _reach_flat(shape: Text | Sketch | Extrusion, u: Vec, folder: Path) -> float:
     from text2sim.compiler.shapes.flatforms import reach
 
     return reach(shape, u, folder)
@@ -130,6 +141,7 @@ _REACH: dict[str, Callable[[Any, Vec, Path], float]] = {
     "mesh": _reach_mesh,
     "text": _reach_flat,
     "sketch": _reach_flat,
+    "extrusion": _reach_flat,
     "sculpt": _reach_sculpt,
     "fragment": _reach_fragment,
     "disc": lambda shape, u, folder: _reach_ring(shape.radius, SHEET_THICKNESS / 2, (u[0], u[1], abs(u[2]))),

@@ -1,10 +1,11 @@
-"""Letters and drawings: convex prisms for contact, and surfaces to draw that are smooth where outlines are."""
+"""Letters, drawings and extrusions: convex prisms for contact, and surfaces to draw, smooth where outlines are."""
 
 from pathlib import Path
 
 import numpy as np
 import shapely
 from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from text2sim.compiler.shapes.extrude import convex_parts, polygons_of
 from text2sim.compiler.shapes.glyphs import whole
@@ -12,25 +13,28 @@ from text2sim.compiler.shapes.lettering import areas, signed_area
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.shapes.surface import VisualMesh
-from text2sim.spec_schema.models.shapes import Sketch, Text
+from text2sim.spec_schema.models.shapes import Extrusion, Sketch, Text
+
+FlatShape = Text | Sketch | Extrusion
 
 PRISM_TOLERANCE = 0.01
 """How far prisms may be from the true outline, as a part of the height of a letter or drawing."""
+CURVE_TOLERANCE = 3e-3
+"""How far those of smooth outlines may be, as a part of their smaller extent; straight ones are exact."""
 MIN_PRISM_SHARE = 1e-4
 """Prisms smaller than this part of the whole are left out: the engine refuses bodies without volume."""
 SHARP_DEG = 40.0
 """Corners of an outline sharper than this angle are drawn as edges."""
 
 
-def prisms(shape: Text | Sketch, folder: Path) -> list[Piece]:
-    """Return letters or a drawing as convex prisms, a few for each.
+def prisms(shape: FlatShape, folder: Path) -> list[Piece]:
+    """Return a flat shape as convex prisms, a few for each letter.
 
     Raises:
-        AssetError: if the shape has no part of that number, or its font or picture cannot be used.
+        AssetError: if the shape has no part of that number, or its font, picture or outline cannot be used.
     """
     form = whole(shape, folder)
-    _, low, _, high = form.bounds
-    rough = areas(form.simplify(PRISM_TOLERANCE * min(shape.height, high - low)))
+    rough = areas(form.simplify(_tolerance(shape, form)))
     half, least = shape.depth / 2, MIN_PRISM_SHARE * form.area
     found = []
     for cell in convex_parts(rough):
@@ -46,11 +50,19 @@ def prisms(shape: Text | Sketch, folder: Path) -> list[Piece]:
     return found
 
 
-def reach(shape: Text | Sketch, u: Vec, folder: Path) -> float:
-    """Return the largest `u . x` over all points x [m] of letters or a drawing.
+def _tolerance(shape: FlatShape, form: BaseGeometry) -> float:
+    """Return how far prisms may be from the outline [m]."""
+    left, low, right, high = form.bounds
+    if isinstance(shape, Extrusion):
+        return CURVE_TOLERANCE * min(right - left, high - low) if shape.smooth else 0.0
+    return PRISM_TOLERANCE * min(shape.height, high - low)
+
+
+def reach(shape: FlatShape, u: Vec, folder: Path) -> float:
+    """Return the largest `u . x` over all points x [m] of a flat shape.
 
     Args:
-        shape: Letters or a drawing.
+        shape: The shape.
         u: Direction, a unit vector in the body's frame.
         folder: Folder of the case, for fonts and drawings.
     """
@@ -58,11 +70,11 @@ def reach(shape: Text | Sketch, u: Vec, folder: Path) -> float:
     return max(u[0] * x + u[2] * z for x, z in hull) + abs(u[1]) * shape.depth / 2
 
 
-def flat_surface(shape: Text | Sketch, folder: Path) -> VisualMesh:
-    """Return the surface to draw for letters or a drawing: smooth where the outline is, with edges front and back.
+def flat_surface(shape: FlatShape, folder: Path) -> VisualMesh:
+    """Return the surface to draw for a flat shape: smooth where the outline is, with edges front and back.
 
     Raises:
-        AssetError: if the shape has no part of that number, or its font or picture cannot be used.
+        AssetError: if the shape has no part of that number, or its font, picture or outline cannot be used.
     """
     form = whole(shape, folder)
     low_x, low_z, high_x, high_z = form.bounds

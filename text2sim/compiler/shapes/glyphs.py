@@ -1,4 +1,4 @@
-"""Letters of texts and pieces of sketches: each with its place, and all together."""
+"""Letters of texts and pieces of sketches: each with its place, and all together, as outlines of extrusions are."""
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -8,9 +8,10 @@ from shapely import MultiPolygon, Polygon, unary_union
 from shapely.affinity import affine_transform, translate
 
 from text2sim.compiler.shapes.lettering import Letter, areas, letters
+from text2sim.compiler.shapes.outlines import outlined
 from text2sim.compiler.shapes.sketching import Stroke, strokes
 from text2sim.spec_schema.errors import AssetError
-from text2sim.spec_schema.models.shapes import Sketch, Text
+from text2sim.spec_schema.models.shapes import Extrusion, Sketch, Text
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,12 +69,14 @@ def chosen(shape: Text | Sketch, folder: Path) -> list[Glyph]:
     return [replace(found[shape.part], offset=(0.0, 0.0))]
 
 
-def whole(shape: Text | Sketch, folder: Path) -> Polygon | MultiPolygon:
+def whole(shape: Text | Sketch | Extrusion, folder: Path) -> Polygon | MultiPolygon:
     """Return what a shape covers in x and z [m], about its frame's origin.
 
     Raises:
-        AssetError: if there is no such part, or the font or picture cannot be used.
+        AssetError: if there is no such part, or the font, picture or outline cannot be used.
     """
+    if isinstance(shape, Extrusion):
+        return outlined(shape)
     return _together(tuple(chosen(shape, folder)))
 
 

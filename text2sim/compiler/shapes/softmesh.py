@@ -105,7 +105,7 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
         return _build(*_box(shape.size, edge))
     if isinstance(shape, Ellipsoid):
         return _build(*_ellipsoid(shape, edge))
-    if shape.kind in ("text", "sketch"):
+    if shape.kind in ("text", "sketch", "extrusion"):
         from text2sim.compiler.shapes.extrude import extruded
         from text2sim.compiler.shapes.glyphs import whole
 
@@ -234,7 +234,7 @@ def _area(shape: Any, folder: Path) -> float:
         # Knud Thomsen's formula, within 1.1 %.
         a, b, c = (r**1.6075 for r in shape.radii)
         return 4 * math.pi * ((a * b + b * c + c * a) / 3) ** (1 / 1.6075)
-    if shape.kind in ("text", "sketch"):
+    if shape.kind in ("text", "sketch", "extrusion"):
         from text2sim.compiler.shapes.glyphs import whole
 
         flat = whole(shape, folder)

@@ -19,6 +19,7 @@ from text2sim.spec_schema.models.base import (
     Pose,
     Positive,
     Size3,
+    Vec2,
 )
 from text2sim.spec_schema.models.faceted import Polyhedron, Rock
 from text2sim.spec_schema.models.materials import Look
@@ -243,6 +244,23 @@ class Sketch(Model):
     """Index of the only connected piece, from 0 by rows from left to right; by default all pieces."""
 
 
+class Extrusion(Model):
+    """A flat outline that is thick along y: a cam, a ratchet, a curved ramp, an arrow, a bracket.
+
+    Its frame is where its points say, not in its middle. It may be concave, and touches by convex prisms.
+    """
+
+    kind: Literal["extrusion"]
+    outline: list[Vec2] = Field(min_length=3, max_length=400)
+    """Corners [m] in x and z, in order, either way round."""
+    holes: list[Annotated[list[Vec2], Field(min_length=3, max_length=400)]] = Field(default_factory=list, max_length=50)
+    """Outlines of holes right through it [m]."""
+    depth: Length
+    """Thickness [m] along y, about y = 0."""
+    smooth: Bool = False
+    """Whether outline and holes are smooth closed curves through their points, as of a cam; else edges are straight."""
+
+
 class Stream(Model):
     """A stream from a mouth, as of a tap or hose. Only for what flows.
 
@@ -285,6 +303,7 @@ _Solid = (
     | Mesh
     | Text
     | Sketch
+    | Extrusion
 )
 SolidShape = Annotated[_Solid, ByKind()]
 

@@ -286,6 +286,7 @@ OTHER_WORDS = {
     **dict.fromkeys(("cube", "cuboid", "block"), "box"),
     **dict.fromkeys(("rod", "disc", "disk"), "cylinder"),
     **dict.fromkeys(("ball",), "sphere"),
+    **dict.fromkeys(("prism", "profile", "polygon", "extrude", "extruded", "cam", "ratchet"), "extrusion"),
     **dict.fromkeys(("strip", "band", "tape", "bow"), "ribbon"),
     **dict.fromkeys(("tube", "cone", "sock", "skirt"), "sleeve"),
     **dict.fromkeys(("jet", "source", "emitter", "inlet", "tap", "faucet", "nozzle", "hose", "spout"), "stream"),
