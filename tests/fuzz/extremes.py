@@ -57,6 +57,8 @@ SHAPES = (
     "{kind: funnel, top_radius: 0.3, bottom_radius: 0.1, height: 0.3, thickness: 0.02}",
     "{kind: compound, parts: {a: {shape: {kind: box, size: [0.1, 0.1, 0.1]}, density: 500, pose: {euler_deg: [0, 5, 0]}}}}",
     "{kind: text, text: A, height: 0.2, depth: 0.05}",
+    "{kind: extrusion, outline: [[0, 0], [0.2, 0], [0, 0.2]], holes: [[[0.02, 0.02], [0.1, 0.02], [0.02, 0.1]]], depth: 0.1}",
+    "{kind: extrusion, outline: [[0, 0], [0.2, 0], [0.2, 0.2], [0, 0.1]], smooth: true, depth: 0.1}",
 )
 REPEATS = (
     "{kind: line, count: 3, step: [0.3, 0, 0]}",
