@@ -37,6 +37,7 @@ MOMENTS = {
     "dolphin_squeeze": 1.4,
     "domino_spiral": 2.4,
     "falling_letters": 0.6,
+    "kitchen_scale": 3.5,
     "laid_table": 0.6,
     "newton_cradle": 1.0,
     "sand_hourglass": 0.9,
