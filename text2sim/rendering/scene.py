@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import floor, log10
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -74,6 +74,23 @@ class FilmMoment:
     metals: Any = None
     """What metals reflect where nothing is, besides the lamps and the light of `solid`: everything else is black. None
     without metals, or if they lack nothing."""
+
+
+class _Placed(NamedTuple):
+    """What moves, at one time."""
+
+    t: float
+    """Simulated time [s]."""
+    pos: Any
+    """Positions of links [m], shape (L, 3)."""
+    quat: Any
+    """Their orientations (w, x, y, z), shape (L, 4)."""
+    around: Any
+    """Where the time lies among the recorded ones."""
+    flowing: list[Any]
+    """Liquids, and what makes a shape of each with a material."""
+    rods: RenderMesh | None
+    """Rods that hold driven bodies."""
 
 
 class FilmStage:
@@ -146,51 +163,64 @@ class FilmStage:
             gloss: Whether the reflections of clear bodies are needed.
             metals: Whether those of the room in metals are needed.
         """
-        pos, quat = self.recording.states.poses(t)
-        around = self.recording.states.around(t)
+        now = self._placed(t)
+        pos, quat = now.pos, now.quat
         shapes: dict[str, Any] = {batch.name: batch.shape(pos, quat, t) for batch in self._rigid if not batch.is_clear}
-        rods = None if self._rods is None else self._rods.placed(pos, quat)
-        if rods is not None:
-            shapes["rods"] = _painted("rods", rods, _post_colors(rods))(self._post)
-        flowing: list[Any] = []
+        if now.rods is not None:
+            shapes["rods"] = _painted("rods", now.rods, _post_colors(now.rods))(self._post)
         if self._soft is not None:
-            if self._soft.has_liquids:
-                surfaces = [wall for batch in self._rigid for wall in batch.walls(pos, quat)]
-                flowing = self._soft.liquids(around, [*self._level_square, *surfaces])
-            shapes |= self._soft.shapes(around)
-        shapes |= {liquid.name: make(liquid.bsdf) for liquid, make in flowing if not liquid.is_clear}
+            shapes |= self._soft.shapes(now.around)
+        shapes |= {liquid.name: make(liquid.bsdf) for liquid, make in now.flowing if not liquid.is_clear}
         mi, liquids = mitsuba(), None
         solid = mi.load_dict(self._fixed | shapes, optimize=False)
-        if water := {liquid.name: make(liquid.bsdf) for liquid, make in flowing if liquid.is_clear}:
+        if water := {liquid.name: make(liquid.bsdf) for liquid, make in now.flowing if liquid.is_clear}:
             backdrop = {name: self._fixed[name] for name in self._backdrop}
             liquids = mi.load_dict({"type": "scene"} | backdrop | shapes | water, optimize=False)
         moment = FilmMoment(solid, liquids=liquids, room=None if liquids is None else self._room)
-        clear = [batch for batch in self._rigid if batch.is_clear]
-        skins = self._soft is not None and self._soft.has_skins
-        gloss, metals = gloss and (bool(clear) or skins), metals and self._metal_room is not None
+        gloss, metals = gloss and self._is_glossy, metals and self._metal_room is not None
         if not (gloss or metals):
             return moment
-        # A black mirror instead of black paint: a mirror sends no rays to the lamps.
-        black = mi.load_dict({"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}})
-        dark = {batch.name: batch.shape(pos, quat, t, black) for batch in self._rigid if not batch.is_clear}
-        dark |= {liquid.name: make(black) for liquid, make in flowing}
-        if rods is not None:
-            dark["rods"] = _painted("rods", rods, _post_colors(rods))(black)
-        if self._soft is not None:
-            dark |= self._soft.shapes(around, black)
-        dark |= {name: make(black) for name, (make, _) in self._backdrop.items()}
+        dark = self._darkened(now)
         if metals:
             bright = {batch.name: batch.shape(pos, quat, t) for batch in self._rigid if batch.is_metal}
             mirrored = {"type": "scene", "dome": self._metal_room} | dark | bright
             moment = replace(moment, metals=mi.load_dict(mirrored, optimize=False))
-        if not gloss:
-            return moment
-        colored = {batch.name: batch.shape(pos, quat, t) for batch in clear if batch.filters}
-        shapes = dark | {batch.name: batch.shape(pos, quat, t) for batch in clear}
-        if self._soft is not None and skins:
-            clear_skins = self._soft.shapes(around, clear=True)
-            colored |= clear_skins
-            shapes |= clear_skins
+        return self._glossed(moment, now, dark) if gloss else moment
+
+    def _placed(self, t: float) -> "_Placed":
+        """Return what moves at simulated time `t` [s]."""
+        pos, quat = self.recording.states.poses(t)
+        around, flowing = self.recording.states.around(t), []
+        if self._soft is not None and self._soft.has_liquids:
+            surfaces = [wall for batch in self._rigid for wall in batch.walls(pos, quat)]
+            flowing = self._soft.liquids(around, [*self._level_square, *surfaces])
+        return _Placed(t, pos, quat, around, flowing, None if self._rods is None else self._rods.placed(pos, quat))
+
+    @property
+    def _is_glossy(self) -> bool:
+        return any(batch.is_clear for batch in self._rigid) or (self._soft is not None and self._soft.has_skins)
+
+    def _darkened(self, now: "_Placed") -> dict[str, Any]:
+        """Return all that is not clear, in black, by name."""
+        # A black mirror instead of black paint: a mirror sends no rays to the lamps.
+        black = mitsuba().load_dict({"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}})
+        solid = [batch for batch in self._rigid if not batch.is_clear]
+        dark = {batch.name: batch.shape(now.pos, now.quat, now.t, black) for batch in solid}
+        dark |= {liquid.name: make(black) for liquid, make in now.flowing}
+        if now.rods is not None:
+            dark["rods"] = _painted("rods", now.rods, _post_colors(now.rods))(black)
+        if self._soft is not None:
+            dark |= self._soft.shapes(now.around, black)
+        return dark | {name: make(black) for name, (make, _) in self._backdrop.items()}
+
+    def _glossed(self, moment: FilmMoment, now: "_Placed", dark: dict[str, Any]) -> FilmMoment:
+        """Return a moment with the reflections of clear bodies, and their colours."""
+        mi, clear = mitsuba(), [batch for batch in self._rigid if batch.is_clear]
+        colored = {batch.name: batch.shape(now.pos, now.quat, now.t) for batch in clear if batch.filters}
+        shapes = dark | {batch.name: batch.shape(now.pos, now.quat, now.t) for batch in clear}
+        if self._soft is not None and self._soft.has_skins:
+            skins = self._soft.shapes(now.around, clear=True)
+            colored, shapes = colored | skins, shapes | skins
         filters = mi.load_dict({"type": "scene"} | colored, optimize=False) if colored else None
         gleaming = mi.load_dict(self._fixed | shapes | {"dome": self._room}, optimize=False)
         return replace(moment, gloss=gleaming, filters=filters, room=self._room)
