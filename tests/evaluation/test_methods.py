@@ -16,7 +16,7 @@ import pytest
 from tests.agents.models.chat_server import ChatServer, completion
 from tests.evaluation.conftest import SUITE, write_film
 from text2sim.evaluation import genesis_docs
-from text2sim.evaluation.bare_agent import ProgramTrial, left_text
+from text2sim.evaluation.bare_agent import ProgramTrial, left_text, shown_log
 from text2sim.evaluation.method_folder import read_made, read_method
 from text2sim.evaluation.methods import Allowance, parse_method, run_method
 from text2sim.evaluation.suite import read_suite
@@ -157,6 +157,11 @@ def test_the_agent_reads_runs_repairs_and_is_done(suite: Path, tmp_path: Path, m
 )
 def test_the_agent_is_told_the_limit_that_comes_first(minutes: float | None, wall: float, told: str) -> None:
     assert left_text(29, ProgramTrial(Path(), 0, "ended", wall, minutes)) == told
+
+
+def test_lines_about_speed_do_not_push_out_what_a_program_printed() -> None:
+    speed = "\x1b[38;5;159m[Genesis] [23:57:09] [INFO] Running at \x1b[38;5;121m26.32\x1b[0m FPS.\x1b[0m\n"
+    assert shown_log("built\n" + 500 * speed + "\x1b[31mend\x1b[0m\n") == "built\nend"
 
 
 def test_the_agent_goes_on_after_an_interruption_without_paying_or_running_twice(suite: Path, tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ whatever the user can. So it runs only if the user allows it (`evaluate run --al
 """
 
 import os
+import re
 import sys
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -29,6 +30,7 @@ from text2sim.evaluation.method_folder import CaseResult, resources_of
 from text2sim.evaluation.prompt_templates import render_prompt
 from text2sim.recording.run_files import read_json, read_text
 from text2sim.runtime.child import ChildExit, Limits, run_child
+from text2sim.runtime.outcome import printable
 from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.whole_files import write_atomically, write_json
@@ -43,6 +45,8 @@ MAX_RESENT_MESSAGES = 12
 """Latest messages that are sent again, after the first two."""
 LOG_SHOWN = 6_000
 """Characters at the end of a log that the agent sees."""
+SPEED = re.compile(r"\[INFO\] Running at .* FPS")
+"""A line of the engine's log about its speed."""
 MAX_CARDS = 6
 """Number of cards that the agent gets; they are found by the words of the prompt."""
 
@@ -174,7 +178,7 @@ class BareAgent:
         return trial
 
     def _describe_trial(self, trial: ProgramTrial) -> str:
-        log = read_text(trial.folder / LOG).replace(str(trial.folder), ".")
+        log = shown_log(read_text(trial.folder / LOG).replace(str(trial.folder), "."))
         film = "film.mp4 is there" if trial.film else "there is no film.mp4"
         try:
             film += f", frames: {film_frames(trial.film).listed()}" if trial.film else ""
@@ -211,6 +215,11 @@ class BareAgent:
             "why": why[:4000], "roles": spent, "attempts": len(self._trials),
             "simulation_s": sum(trial.wall for trial in self._trials), **files,
         })  # fmt: skip
+
+
+def shown_log(log: str) -> str:
+    """Return a log without colours, and without the engine's lines about its speed, which would push out all others."""
+    return "\n".join(line for line in printable(log).splitlines() if not SPEED.search(line))
 
 
 def left_text(programs: int, trial: ProgramTrial) -> str:
