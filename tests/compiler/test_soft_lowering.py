@@ -164,6 +164,13 @@ def test_rigid_bodies_tell_their_friction_where_something_deforms() -> None:
     )
     ((entity,),) = (group.entities for group in resolve(arm).plan.bodies if group.name == "arm")
     assert entity.material_options == {"coup_friction": 0.5, "coup_links": ["base", "felt"]}
+    # What a link says counts before its body, and what it leaves out is as the body says.
+    aloof = arm + "    material: {touch_soft: false}\n"
+    ((entity,),) = (group.entities for group in resolve(aloof).plan.bodies if group.name == "arm")
+    assert entity.material_options == {"needs_coup": False}
+    only = aloof.replace("density: 500", "density: 500, touch_soft: true")
+    ((entity,),) = (group.entities for group in resolve(only).plan.bodies if group.name == "arm")
+    assert entity.material_options == {"coup_friction": 0.5, "coup_links": ["felt"]}
     fine = resolve(
         f"  a: {{kind: soft, {BOX}, cell: 0.008, pose: {{pos: [0, 0, 1]}}}}\n"
         "  b: {kind: rigid, shape: {kind: sphere, radius: 0.1}}"

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from text2sim.compiler.soft.solvers import unfelt_links
+from text2sim.compiler.soft.solvers import touches_soft, unfelt_links
 from text2sim.recording.states import Array, JointRecord, RunStates
 from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.models.bodies import Body
@@ -92,7 +92,7 @@ class RecordedNames:
 
     def touches_soft(self, copy: str) -> bool:
         """Whether a rigid copy is coupled to deformable bodies."""
-        return getattr(getattr(self.model_of(copy), "material", None), "touch_soft", True)
+        return touches_soft(self.model_of(copy))
 
     def felt_links(self, target: RecordedTarget) -> tuple[int, ...]:
         """Return those links of a rigid target that are coupled to deformable bodies."""

@@ -18,7 +18,7 @@ from text2sim.compiler.soft.meshes import MeshFiles
 from text2sim.compiler.soft.scales import CONTACT_REACH, Scales
 from text2sim.compiler.soft.setup import SoftRecord
 from text2sim.compiler.soft.solver_domain import extents_of
-from text2sim.compiler.soft.solvers import FAMILIES, solver_of, unfelt_links
+from text2sim.compiler.soft.solvers import FAMILIES, solver_of, touches_soft, unfelt_links
 from text2sim.compiler.soft.streams import stream_arguments
 from text2sim.compiler.trees.tree import Tree
 from text2sim.spec_schema.errors import AssetError
@@ -102,13 +102,12 @@ class SoftLowering:
                 f"contact model `{self.model}` has no `collision: exact`; use `decompose`, or solver mpm for "
                 "soft bodies"
             )
-        if self.model == "ipc" and material.touch_soft:
+        if self.model == "ipc" and touches_soft(model):
             density, options = ipc.rigid(entity, material.friction, tree, entity.name.split("[")[0] in self.acted_on)
             return replace(entity, rho=density, material_options=entity.material_options | options)
         options: dict[str, Any] = {}
         unfelt = unfelt_links(model)
-        touching = [name for name in model.links if name not in unfelt] if unfelt else []
-        if not material.touch_soft or (unfelt and not touching):
+        if not touches_soft(model):
             options["needs_coup"] = False
         elif self.model in ("particle", "sap"):
             options["coup_friction"] = material.friction
@@ -116,7 +115,7 @@ class SoftLowering:
             if reach != CONTACT_REACH:
                 options["coup_softness"] = float(f"{reach:.3g}")
             if unfelt and self.model == "particle":
-                options["coup_links"] = touching
+                options["coup_links"] = [name for name in model.links if name not in unfelt]
         return replace(entity, material_options=entity.material_options | options)
 
     def _morph(self, model: Any, copy: Copy, solver: str, spacing: float) -> tuple[str, dict[str, Any], bool]:

@@ -18,16 +18,24 @@ def is_soft(body: Any) -> bool:
 
 
 def touches_soft(model: Any) -> bool:
-    """Return whether deformable bodies feel a rigid one."""
+    """Return whether deformable bodies feel a rigid one, or any of its links."""
+    links = getattr(model, "links", None)
+    if isinstance(links, dict):
+        return len(unfelt_links(model)) < len(links)
     return getattr(getattr(model, "material", None), "touch_soft", True)
 
 
 def unfelt_links(body: Any) -> frozenset[str]:
-    """Return the links of a body that deformable bodies do not feel, though they feel others."""
+    """Return the links of a body that deformable bodies do not feel: what a link says counts before its body."""
     links = getattr(body, "links", None)
     if not isinstance(links, dict):
         return frozenset()
-    return frozenset(name for name, link in links.items() if link.material is not None and not link.material.touch_soft)
+
+    def felt(link: Any) -> bool:
+        says = link.material is not None and "touch_soft" in link.material.model_fields_set
+        return (link if says else body).material.touch_soft
+
+    return frozenset(name for name, link in links.items() if not felt(link))
 
 
 def solver_of(body: Any, scene: Scene) -> str | None:

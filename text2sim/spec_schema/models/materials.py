@@ -44,7 +44,7 @@ class Material(Model):
     and a static that has none. It requires a short time step. Between unequal bodies the damping ratio is the mean."""
     touch_soft: Bool = True
     """Whether cloth, grains, liquids and soft bodies (but `fem`) collide with it; false for a hook or rod that only
-    holds them, or for a link that only guides others."""
+    holds them, or for a link that only guides others. What a link says itself counts before its body."""
     soft_reach: Length | None = None
     """Distance [m] outside its surface at which `mpm` bodies begin to feel it, for a whole body, not a link. By default
     a quarter of a cell in a scene with a liquid; otherwise 0.002, or an eighth of a cell if that is less. About one

@@ -11,8 +11,8 @@ from text2sim.spec_schema.names.reference_cycles import find_cycles
 from text2sim.spec_schema.names.selectors import WORLD, named_by, spread_over
 from text2sim.spec_schema.text.document import Path
 
-START_GAP = 1e-6
-"""Largest error of a gear at the start [rad or m], relative to the position of its first joint if above 1."""
+START_GAP = 1e-3
+"""Largest error of a gear at the start, relative to the position of its first joint: some digits are enough."""
 
 
 def check_tree(table: NameTable, name: str, body: Articulated) -> None:
@@ -122,7 +122,7 @@ def _check_gear(table: NameTable, where: Path, loop: Loop, body: Articulated, li
     start = spread_over(movable, body.initial)
     first, second = (start.get(name, 0.0) for name in loop.between)
     assert loop.ratio is not None
-    if abs(first - loop.ratio * second) > START_GAP * max(1.0, abs(first)):
+    if abs(first - loop.ratio * second) > START_GAP * abs(first):
         message = (
             f"`{loop.between[0]}` starts at {first:g} and `{loop.between[1]}` at {second:g}, which a ratio of "
             f"{loop.ratio:g} takes to {loop.ratio * second:g}; say the same in `initial`"
