@@ -188,7 +188,7 @@ class Loop(Model):
         if self.kind == "gear":
             if not self.ratio:
                 raise ValueError("gear needs a ratio other than 0: position of the first joint per that of the second")
-            if "anchor" in self.model_fields_set:
+            if any(self.anchor):
                 raise ValueError("a gear couples joints and has no anchor")
         elif self.ratio is not None:
             raise ValueError(f"ratio belongs to kind gear, not to {self.kind}")
