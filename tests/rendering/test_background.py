@@ -49,10 +49,17 @@ def test_pixels_differ_in_a_shadow_that_can_be_seen(shade: float, *, differs: bo
     assert not found[:, 70:].any(), "samples are equal where nothing has changed, however noisy they are"
 
 
-def test_a_single_path_that_has_changed_is_no_shadow() -> None:
+@pytest.mark.parametrize("columns", [1, 2])
+def test_one_or_two_paths_that_have_changed_are_no_shadow(columns: int) -> None:
     now = seen()
-    now.light[5, 5] *= 40
+    now.light[5, 5 : 5 + columns] *= 40
     assert not changed(now, seen(), 1.0).any()
+
+
+def test_the_narrow_shadow_of_a_rod_is_one() -> None:
+    now = seen()
+    now.light[8, 4:14] *= 0.3
+    assert changed(now, seen(), 1.0)[8 * COARSE, 5 * COARSE : 13 * COARSE].all()
 
 
 def test_what_is_traced_fades_into_the_background_and_is_denoised_in_parts() -> None:

@@ -35,11 +35,9 @@ from text2sim.spec_schema.models.shapes import (
     Cone,
     Cup,
     Ellipsoid,
-    Extrusion,
+    FlatShape,
     Funnel,
     Mesh,
-    Sketch,
-    Text,
     Tube,
 )
 from text2sim.spec_schema.models.sheets import Sleeve
@@ -92,7 +90,7 @@ def _reach_mesh(shape: Mesh, u: Vec, folder: Path) -> float:
     return shape.scale * float((corners @ u).max())
 
 
-def _reach_flat(shape: Text | Sketch | Extrusion, u: Vec, folder: Path) -> float:
+def _reach_flat(shape: FlatShape, u: Vec, folder: Path) -> float:
     from text2sim.compiler.shapes.flatforms import reach
 
     return reach(shape, u, folder)

@@ -13,9 +13,7 @@ from text2sim.compiler.shapes.lettering import areas, signed_area
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.shapes.surface import VisualMesh
-from text2sim.spec_schema.models.shapes import Extrusion, Sketch, Text
-
-FlatShape = Text | Sketch | Extrusion
+from text2sim.spec_schema.models.shapes import Extrusion, FlatShape
 
 PRISM_TOLERANCE = 0.01
 """How far prisms may be from the true outline, as a part of the height of a letter or drawing."""

@@ -19,7 +19,18 @@ from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.base import content_of
 from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Compound, Cup, Extrusion, Funnel, Mesh, Sketch, Stream, Text, Tube
+from text2sim.spec_schema.models.shapes import (
+    Compound,
+    Cup,
+    Extrusion,
+    FlatShape,
+    Funnel,
+    Mesh,
+    Sketch,
+    Stream,
+    Text,
+    Tube,
+)
 from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet, Sleeve
 
 _PIECES: Memory[list[Piece]] = Memory(4096)
@@ -91,7 +102,7 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
         return ring_pieces(shape.radius, shape.bar_radius, shape.segments)
     if kind == "mesh":
         return [_mesh_piece(shape, folder)]
-    if isinstance(shape, Text | Sketch | Extrusion):
+    if isinstance(shape, FlatShape):
         from text2sim.compiler.shapes.flatforms import prisms
 
         return prisms(shape, folder)
@@ -195,7 +206,7 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
         return shape.solid.visuals()
     if isinstance(shape, Drawn):
         return [_SURFACES.recall(key_of(shape, folder), lambda: surface(shape))]
-    if isinstance(shape, Text | Sketch | Extrusion):
+    if isinstance(shape, FlatShape):
         from text2sim.compiler.shapes.flatforms import flat_surface
 
         return [_SURFACES.recall(key_of(shape, folder), lambda: flat_surface(shape, folder))]
@@ -233,7 +244,7 @@ def volume(shape: Any, folder: Path) -> float:
         # The integral of pi ((r + t)^2 - r^2) over the height, with r linear in it.
         t = shape.thickness
         return math.pi * shape.height * t * (shape.top_radius + shape.bottom_radius + t)
-    if isinstance(shape, Text | Sketch | Extrusion):
+    if isinstance(shape, FlatShape):
         from text2sim.compiler.shapes.glyphs import whole
 
         return whole(shape, folder).area * shape.depth

@@ -11,7 +11,7 @@ from text2sim.compiler.shapes.lettering import Letter, areas, letters
 from text2sim.compiler.shapes.outlines import outlined
 from text2sim.compiler.shapes.sketching import Stroke, strokes
 from text2sim.spec_schema.errors import AssetError
-from text2sim.spec_schema.models.shapes import Extrusion, Sketch, Text
+from text2sim.spec_schema.models.shapes import Extrusion, FlatShape, Sketch, Text
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ def chosen(shape: Text | Sketch, folder: Path) -> list[Glyph]:
     return [replace(found[shape.part], offset=(0.0, 0.0))]
 
 
-def whole(shape: Text | Sketch | Extrusion, folder: Path) -> Polygon | MultiPolygon:
+def whole(shape: FlatShape, folder: Path) -> Polygon | MultiPolygon:
     """Return what a shape covers in x and z [m], about its frame's origin.
 
     Raises:

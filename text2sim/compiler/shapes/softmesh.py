@@ -23,7 +23,7 @@ from text2sim.compiler.shapes.triangles import MAX_TRIANGLES, check_triangle_cou
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Box, Compound, Ellipsoid, Mesh, Torus
+from text2sim.spec_schema.models.shapes import Box, Compound, Ellipsoid, FlatShape, Mesh, Torus
 from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet, Sleeve
 
 REGULAR_VOLUME = 1 / (6 * math.sqrt(2))
@@ -105,7 +105,7 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
         return _build(*_box(shape.size, edge))
     if isinstance(shape, Ellipsoid):
         return _build(*_ellipsoid(shape, edge))
-    if shape.kind in ("text", "sketch", "extrusion"):
+    if isinstance(shape, FlatShape):
         from text2sim.compiler.shapes.extrude import extruded
         from text2sim.compiler.shapes.glyphs import whole
 
@@ -234,7 +234,7 @@ def _area(shape: Any, folder: Path) -> float:
         # Knud Thomsen's formula, within 1.1 %.
         a, b, c = (r**1.6075 for r in shape.radii)
         return 4 * math.pi * ((a * b + b * c + c * a) / 3) ** (1 / 1.6075)
-    if shape.kind in ("text", "sketch", "extrusion"):
+    if isinstance(shape, FlatShape):
         from text2sim.compiler.shapes.glyphs import whole
 
         flat = whole(shape, folder)

@@ -116,7 +116,7 @@ class TreeLoop:
     """connect, weld, or gear."""
     a: str
     b: str | None
-    anchor: Vec = ORIGIN
+    anchor: Vec
     """[m], in the frame of `a`."""
     ratio: float = 0.0
     """Of a gear: position of the joint of `a` per that of `b`."""

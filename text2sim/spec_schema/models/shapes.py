@@ -261,6 +261,10 @@ class Extrusion(Model):
     """Whether outline and holes are smooth closed curves through their points, as of a cam; else edges are straight."""
 
 
+FlatShape = Text | Sketch | Extrusion
+"""Shapes that are a form in x and z with a depth along y."""
+
+
 class Stream(Model):
     """A stream from a mouth, as of a tap or hose. Only for what flows.
 
