@@ -25,6 +25,8 @@ SOMETIMES = (
     "damp_sand.py",
     "solid_walls.py",
     "adhesion.py",
+    "coils.py",
+    "spring_film.py",
 )
 PROGRAM = (*MODULES, *COPIED_MODULES, *COPIED_SOFT, *COPIED_ACTIONS, *SOMETIMES)
 # `quadrants`, the compiler of the engine, and `torch` come with it.

@@ -189,3 +189,18 @@ def test_long_text_is_shortened_to_fit() -> None:
     short = shortened(text, 200, 14)
     assert short.endswith("…")
     assert 150 < text_width(short, 14) <= 200
+
+
+def test_springs_are_marked_from_end_to_end() -> None:
+    text = """
+text2sim: 2
+name: hung
+scene: {duration: 1, statics: {beam: {shape: {kind: box, size: [1, 0.1, 0.1]}, pose: {pos: [0, 0, 2]}}}}
+bodies: {bob: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0.3, 0, 1], euler_deg: [0, 180, 0]}}}
+actions:
+  controls:
+    hang: {kind: spring, body: bob, point: [0, 0, -0.1], to: beam, to_point: [0.3, 0, -0.05], stiffness: 20}
+"""
+    (mark,) = joint_marks(resolve_case(load_text(text)))
+    assert (mark.kind, mark.body) == ("spring", "bob")
+    assert mark.points == (pytest.approx((0.3, 0, 1.1)), pytest.approx((0.3, 0, 1.95)))

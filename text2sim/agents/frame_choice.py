@@ -310,11 +310,11 @@ def _min_interval(frame: "Frame") -> float:
 
 
 def with_attached(bodies: tuple[str, ...], actions: Data) -> tuple[str, ...]:
-    """Return bodies and those attached to them, which a close-up should include."""
+    """Return bodies and those attached to them or on springs with them, which a close-up should include."""
     pairs = [
         {body_of(row[key]) for key in ("body", "to") if isinstance(row.get(key), str)}
         for row in (actions.get("controls") or {}).values()
-        if isinstance(row, Mapping) and row.get("kind") == "attach"
+        if isinstance(row, Mapping) and row.get("kind") in ("attach", "spring")
     ]
     return tuple(dict.fromkeys([*bodies, *sorted(set().union(*(pair for pair in pairs if pair & {*bodies})))]))
 

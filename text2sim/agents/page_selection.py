@@ -52,6 +52,7 @@ BODY_WORDS = {"beam": frozenset({"slat", "springboard", "ruler", "reed", "cantil
 """Everyday words for bodies that no other kind is as good for."""
 CONTROL_WORDS = {
     "attach": frozenset({"tie", "ties", "tied", "held", "pinned", "fastened", "hang", "hangs"}),
+    "spring": frozenset({"springs", "sprung", "coil", "bungee", "elastic", "slingshot"}),
     "release": frozenset({"let", "lets", "freed", "loose", "snap", "snaps"}),
 }
 """Everyday words for controls, in a brief."""

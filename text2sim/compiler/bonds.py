@@ -9,8 +9,8 @@ import numpy as np
 from scipy.spatial import KDTree
 from shapely import MultiPoint
 
+from text2sim.compiler.action_rows import FaceBond
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.plan import FaceBond
 from text2sim.compiler.shapes.geometry import pieces, volume
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import quat_multiply, quat_to_rows

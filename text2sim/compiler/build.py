@@ -5,10 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from text2sim.assets.mechanism import Mechanisms
+from text2sim.compiler.action_rows import Friction
 from text2sim.compiler.belts import carriers, check_belts, lower_belts
 from text2sim.compiler.contact_materials import Restitutions, contact_damping, resists_rolling, restitutions
 from text2sim.compiler.controls import ControlRows, lower_controls, lower_motions
-from text2sim.compiler.film import resolve_render
+from text2sim.compiler.film import resolve_render, spring_looks
 from text2sim.compiler.film_cameras import check_targets
 from text2sim.compiler.grips import grips
 from text2sim.compiler.lower import Lowering
@@ -16,7 +17,7 @@ from text2sim.compiler.masses import known_speeds
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.divisions import part_counts
 from text2sim.compiler.placing.placement import Copy, file_path, place_all
-from text2sim.compiler.plan import EntityPlan, Friction, Group, Plan
+from text2sim.compiler.plan import EntityPlan, Group, Plan
 from text2sim.compiler.release_events import lower_watches
 from text2sim.compiler.rope_frequencies import taut_frequencies
 from text2sim.compiler.selection import select
@@ -111,6 +112,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
         drives=tuple(rows.drives),
         wrenches=tuple(rows.wrenches),
         welds=tuple(rows.welds),
+        springs=tuple(rows.springs),
         prescribed=tuple(lower_motions(placed)),
         belts=lower_belts(placed),
         holds=tuple(rows.holds),
@@ -121,7 +123,8 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
         removals=tuple(rows.removals),
         bonds=tuple(rows.bonds),
         watches=tuple(watches),
-        render=resolve_render(case.render, placed, tuple(case.bodies), scene.duration, lowering.balls, points),
+        render=resolve_render(case.render, placed, tuple(case.bodies), scene.duration, lowering.balls, points)
+        | spring_looks(case.actions.controls),
         files=lowering.files,
         changes=tuple(lowering.changes),
         damped=lowering.damped,

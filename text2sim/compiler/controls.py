@@ -6,12 +6,8 @@ Those of deformable bodies are lowered in `soft/controls.py`.
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
-from text2sim.compiler.drives import DriveTarget, DriveTargets, add_drive, joint_drives, joints_named
-from text2sim.compiler.placing.body_points import BodyPoints
-from text2sim.compiler.placing.place_error import ReachError
-from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.plan import Airflow as AirflowRow
-from text2sim.compiler.plan import (
+from text2sim.compiler.action_rows import Airflow as AirflowRow
+from text2sim.compiler.action_rows import (
     FaceBond,
     Field,
     Hold,
@@ -24,11 +20,16 @@ from text2sim.compiler.plan import (
     Weld,
     Wrench,
 )
+from text2sim.compiler.action_rows import Spring as SpringRow
+from text2sim.compiler.drives import DriveTarget, DriveTargets, add_drive, joint_drives, joints_named
+from text2sim.compiler.placing.body_points import BodyPoints
+from text2sim.compiler.placing.place_error import ReachError
+from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.schedules import constructor, oscillation, scale_constructor, value_at, waypoint_functions
 from text2sim.compiler.selection import select, select_all
 from text2sim.compiler.shapes.fragment import Fragment
 from text2sim.compiler.shapes.regions import RegionError
-from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_minus, vector_plus
+from text2sim.compiler.shapes.rotation import ORIGIN, Vec, vector_cross, vector_minus, vector_plus
 from text2sim.compiler.soft.control_checks import check_soft_controls
 from text2sim.compiler.soft.controls import (
     ANY_FIELD,
@@ -56,6 +57,7 @@ from text2sim.spec_schema.models.controls import (
     Reach,
     Release,
     Remove,
+    Spring,
     Torque,
 )
 from text2sim.spec_schema.models.fields import Airflow
@@ -76,6 +78,7 @@ class ControlRows:
     drives: list[JointDrive] = field(default_factory=list)
     wrenches: list[Wrench] = field(default_factory=list)
     welds: list[Weld] = field(default_factory=list)
+    springs: list[SpringRow] = field(default_factory=list)
     removals: list[Removal] = field(default_factory=list)
     bonds: list[FaceBond] = field(default_factory=list)
     holds: list[Hold] = field(default_factory=list)
@@ -122,6 +125,9 @@ def lower_controls(
             assert isinstance(attach, Attach)
             if not is_soft(copies[body_of(attach.body)][0].model):
                 rows.welds += [_weld(a, b, attach, control, line, name, points) for a, b in _pairs(attach, copies)]
+            continue
+        if isinstance(control, Spring):
+            _springs(loaded, control, copies, rows, name, points)
             continue
         if isinstance(control, Bond):
             _bond(loaded, control, copies, rows, name)
@@ -185,6 +191,37 @@ def _bond(loaded: LoadedCase, control: Bond, copies: dict[str, list[Copy]], rows
     if len(rows.bonds) > MAX_BONDS:
         text = f"with this, the scene has {len(rows.bonds):,} bonds, and the engine can solve some {MAX_BONDS:,}"
         rows.problems.append(loaded.problem((*pointer, "of"), text, rule="too-many"))
+
+
+def _springs(
+    loaded: LoadedCase,
+    control: Spring,
+    copies: dict[str, list[Copy]],
+    rows: ControlRows,
+    name: str,
+    points: BodyPoints,
+) -> None:
+    pointer = ("actions", "controls", name)
+    for a, b in _pairs(control, copies):
+        own = loaded.control_copy(name, a.variables) if loaded.varies(pointer) else control
+        assert isinstance(own, Spring)
+        ends: list[tuple[str, str | None, Vec]] = []
+        for copy, selector, key in ((a, own.body, "point"), (b, own.to, "to_point")):
+            part = parse_selector(selector).part
+            try:
+                ends.append((copy.name, part, points.on_link(copy, part, getattr(own, key)) or ORIGIN))
+            except RegionError as error:
+                text = f"`{copy.body}`: {error}"
+                rows.problems.append(loaded.problem((*pointer, key), text, rule="empty-region"))
+                return
+        start, end = span_of(own.during, NEVER_REACHED)
+        (a_name, a_link, a_point), (b_name, b_link, b_point) = ends
+        rows.springs.append(
+            SpringRow(
+                a_name, a_link, a_point, b_name, b_link, b_point, own.stiffness, own.damping, own.length,
+                own.form == "cord", start, end, loaded.line(pointer), name,
+            )
+        )  # fmt: skip
 
 
 def _reach(
@@ -259,7 +296,7 @@ def _linear_of_fragment(control: InitialVelocity, copy: Copy, copies: list[Copy]
     return vector_plus(control.linear, vector_cross(control.angular, vector_minus(copy.pos, (x, y, z))))
 
 
-def _pairs(attach: Attach, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Copy]]:
+def _pairs(attach: Attach | Spring, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Copy]]:
     """Pair copies one to one, or all with the only one on the other side."""
     a, _ = select(attach.body, copies)
     if attach.to == WORLD and WORLD not in copies:
@@ -280,7 +317,7 @@ def _pairs(attach: Attach, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Co
         return [(a[0], copy) for copy in b]
     if len(a) != len(b):
         raise ValueError(
-            f"attach pairs copies one to one: {attach.body} has {len(a)} copies and {attach.to} has {len(b)}"
+            f"{attach.kind} pairs copies one to one: {attach.body} has {len(a)} copies and {attach.to} has {len(b)}"
         )
     return list(zip(a, b, strict=True))
 

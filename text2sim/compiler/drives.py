@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Iterable, Mapping
 
+from text2sim.compiler.action_rows import DriveSegment, JointDrive, LaterDrive
 from text2sim.compiler.literal import Code
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.plan import DriveSegment, JointDrive, LaterDrive
 from text2sim.compiler.schedules import constructor, value_at
 from text2sim.compiler.trees.tree import Tree
 from text2sim.spec_schema.models.controls import Drive

@@ -118,6 +118,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
     copied = [*COPIED_MODULES, *(COPIED_SOFT if plan.deformables else ()), *copied_actions(plan)]
     copied += ["ipc_coupler.py"] if plan.settings.soft and plan.settings.soft.ipc else []
     copied += ["friction.py"] if plan.frictions else []
+    copied += ["coils.py", "spring_film.py"] if plan.springs else []
     copied += ["bounce.py"] if context["uneven"] else []
     copied += ["cloth_friction.py"] if context["cloth"] else []
     copied += ["cloth_on_grid.py"] if context["cloth_on_grid"] else []

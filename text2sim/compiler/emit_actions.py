@@ -18,6 +18,7 @@ COPIED_ACTIONS = (
     "removals.py",
     "triggers.py",
     "bonds.py",
+    "springs.py",
     "belts.py",
 )
 """Modules that a program gets only if it needs them."""
@@ -80,6 +81,7 @@ def copied_actions(plan: Plan) -> list[str]:
         "removals.py": bool(plan.removals),
         "triggers.py": bool(plan.watches),
         "bonds.py": bool(plan.bonds),
+        "springs.py": bool(plan.springs),
         "belts.py": bool(plan.belts),
     }
     return [name for name in COPIED_ACTIONS if needed[name]]

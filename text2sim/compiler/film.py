@@ -8,7 +8,30 @@ from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.piece import Ball
 from text2sim.spec_schema.models.base import span_of
+from text2sim.spec_schema.models.colors import rgb
+from text2sim.spec_schema.models.controls import Spring
 from text2sim.spec_schema.models.render import Render
+
+STEEL, RUBBER = (0.62, 0.64, 0.67), (0.55, 0.13, 0.11)
+"""Colours of coils and cords (sRGB), unless the case gives another."""
+
+
+def spring_looks(controls: dict[str, Any]) -> dict[str, Any]:
+    """Return form, radius and colour of the springs as the constant `springs` of `render.py`; nothing without springs.
+
+    Args:
+        controls: Controls of the case.
+    """
+    looks = {
+        name: {
+            "form": control.form,
+            "radius": control.radius,
+            "color": rgb(control.color) if control.color is not None else STEEL if control.form == "coil" else RUBBER,
+        }
+        for name, control in controls.items()
+        if isinstance(control, Spring)
+    }
+    return {"springs": looks} if looks else {}
 
 
 def resolve_render(

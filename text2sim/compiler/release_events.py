@@ -5,9 +5,9 @@
 
 from collections.abc import Iterable
 
+from text2sim.compiler.action_rows import Watch
 from text2sim.compiler.literal import Code, identifier, literal
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.plan import Watch
 from text2sim.compiler.selection import select
 from text2sim.compiler.shapes.regions import RegionError
 from text2sim.compiler.shapes.rotation import vector_unit

@@ -26,9 +26,9 @@ class JointMark:
     """A joint of the case."""
 
     kind: str
-    """hinge, slider, ball, or path (of a driven body)."""
+    """hinge, slider, ball, path (of a driven body), or spring."""
     points: tuple[Vec, ...]
-    """Ends of its axis, points of the path, or the centre of a ball joint [m]."""
+    """Ends of its axis or of the spring, points of the path, or the centre of a ball joint [m]."""
     body: str
     """Name of the body."""
 
@@ -59,8 +59,14 @@ class CameraMark:
 
 
 def joint_marks(resolution: Resolution) -> list[JointMark]:
-    """Return the joints of mounted, driven and articulated bodies; those of chains, nets and ragdolls are obvious."""
+    """Return springs, and joints of mounted, driven and articulated bodies; those of chains and nets are obvious."""
+    copies = {copy.name: copy for group in resolution.placed.values() for copy in group}
     found: list[JointMark] = []
+    for spring in resolution.plan.springs:
+        a, b = copies[spring.a], copies[spring.b]
+        ends = ((a, spring.a_link, spring.a_point), (b, spring.b_link, spring.b_point))
+        poses = [(*(_place(resolution, copy, link) or (copy.pos, copy.quat)), point) for copy, link, point in ends]
+        found.append(JointMark("spring", tuple(frame_apply(*pose) for pose in poses), a.body))
     for copy in _copies(resolution):
         tree = resolution.lowering.trees.get(copy.name)
         if tree is None or isinstance(copy.model, Linked):

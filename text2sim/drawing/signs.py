@@ -67,6 +67,10 @@ def _draw_joint(canvas: Canvas, panel: Panel, joint: JointMark, *, many: bool) -
         return
     a, b = points[0], points[-1]
     length = float(np.hypot(b[0] - a[0], b[1] - a[1]))
+    if joint.kind == "spring":
+        canvas.line(_zigzag(a, b), (255, 255, 255, 200), 3.4, clip=panel.box)
+        canvas.line(_zigzag(a, b), JOINT, 1.6, clip=panel.box)
+        return
     if joint.kind == "ball" or length < 6:
         center, radius = ((a[0] + b[0]) / 2, (a[1] + b[1]) / 2), 3.0 if many else 4.5
         if _inside(center, panel.box):
@@ -90,6 +94,17 @@ def _draw_joint(canvas: Canvas, panel: Panel, joint: JointMark, *, many: bool) -
     else:
         canvas.line(part, (255, 255, 255, 150 if many else 210), 2.0 if many else 3.4)
         canvas.line(part, (*JOINT[:3], 190) if many else JOINT, 1.0 if many else 1.6, (9, 3, 2, 3))
+
+
+def _zigzag(a: tuple[float, float], b: tuple[float, float]) -> list[tuple[float, float]]:
+    """Return the points of a spring between two points of a page [pixels]."""
+    along = np.subtract(b, a)
+    length = float(np.hypot(*along))
+    across = np.array([-along[1], along[0]]) / max(length, 1e-9)
+    corners = 2 * max(3, round(length / 14))
+    sides = np.array([0, 0, *(4 * (-1) ** k for k in range(corners)), 0, 0])
+    shares = np.concatenate([[0.0], np.linspace(0.1, 0.9, corners + 2), [1.0]])
+    return [(float(x), float(y)) for x, y in np.add(a, shares[:, None] * along + sides[:, None] * across)]
 
 
 def _draw_arrow(canvas: Canvas, panel: Panel, arrow: ArrowMark, longest: float) -> None:
@@ -187,6 +202,9 @@ def draw_legend(canvas: Canvas, left: float, y: float, marks: SignMarks) -> None
     if "path" in kinds:
         canvas.line([(x, y), (x + 30, y)], JOINT, 2, (7, 4))
         explain(38, "path of a driven body")
+    if "spring" in kinds:
+        canvas.line(_zigzag((x, y), (x + 34, y)), JOINT, 1.6)
+        explain(42, "spring or cord")
     for found, color, text in (
         (arrows & {"velocity", "spin"}, VELOCITY, "initial velocity, spin"),
         (arrows & {"force", "torque", "impulse"}, FORCE, "force, torque or impulse"),

@@ -7,6 +7,7 @@ import numpy as np
 from text2sim.evidence import soft_diagnostics
 from text2sim.evidence.mechanical_work import work_of_motors, work_of_pushes
 from text2sim.evidence.recorded_case import RecordedCase, links_of
+from text2sim.evidence.spring_forces import work_of_springs
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models.bodies import Rigid
 from text2sim.spec_schema.models.controls import Force, Impulse, InitialVelocity, Torque
@@ -36,16 +37,16 @@ def extremes(time: Array, values: Array) -> dict[str, Any]:
 def energy_account(recording: RecordedCase) -> dict[str, Any]:
     """Return the mechanical energy of all loose bodies over the run, and the work of the motors [J].
 
-    Work is the integral of force times velocity over the motors of hinges and sliders of loose bodies, and over forces
-    and torques, by the trapezoidal rule between frames. `change` is the energy gained beyond that: friction, damping
-    and impacts make it negative; if positive, it came from what is `not_counted`, or is an artefact of the solver. For
-    deformable bodies, the kinetic and gravitational energy of their points count.
+    Work is the integral of force times velocity over the motors of hinges and sliders of loose bodies, and over forces,
+    torques and springs, by the trapezoidal rule between frames. `change` is the energy gained beyond that: friction,
+    damping and impacts make it negative; if positive, it came from what is `not_counted`, or is an artefact of the
+    solver. For deformable bodies, the kinetic and gravitational energy of their points count.
     """
     states, names = recording.states, recording.names
     kinetic, potential = recording.energies(names.loose)
     total = kinetic + potential
     power, motors = work_of_motors(recording)
-    work, pushed = sum(motors.values()), work_of_pushes(recording)
+    work, pushed = sum(motors.values()), work_of_pushes(recording) | work_of_springs(recording)
     row = extremes(states.time, total)
     change = None if row["first"] is None else row["last"] - row["first"] - work - sum(pushed.values())
     till = 0 if row["max_at"] is None else int(np.searchsorted(states.time, row["max_at"])) + 1

@@ -15,6 +15,7 @@ from text2sim.evidence import contact_measures, soft_measures, threading
 from text2sim.evidence.deformation import DeformationError
 from text2sim.evidence.recorded_case import RecordedCase, links_of, soft_of
 from text2sim.evidence.selection import RecordedTarget, SelectionError
+from text2sim.evidence.spring_forces import spring_force
 from text2sim.recording.geometry import axis_in, reach_along
 from text2sim.recording.states import Array, JointRecord
 from text2sim.recording.vectors import rotate, rotate_back
@@ -361,6 +362,7 @@ def _count_in(recording: RecordedCase, measure: measures.CountIn) -> Array:
 
 
 _COLLECTIVE: dict[str, Callable[[RecordedCase, Any], Array]] = {
+    "spring_force": lambda recording, measure: spring_force(recording, measure.spring),
     "extent": _extent,
     "distance": _distance,
     **contact_measures.MEASURES,

@@ -115,6 +115,11 @@ class Facts:
         return {name for bond in self.rows.bonds for name in (bond.a, bond.b)}
 
     @cached_property
+    def sprung(self) -> set[str]:
+        """Names of the copies that a spring acts on at some time."""
+        return {name for spring in self.rows.springs for name in (spring.a, spring.b)}
+
+    @cached_property
     def planes(self) -> list[Ground]:
         """The grounds of the scene."""
         found = []

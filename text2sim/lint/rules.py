@@ -3,7 +3,7 @@
 from text2sim.lint.contact import bounce, creep, driven_through, nets, sliding, tunnelling
 from text2sim.lint.film import hanging, leaving, unseen_subjects, viewpoints
 from text2sim.lint.joints import angles, following, holding, ranges_and_anchors, ropes, stiff_beams
-from text2sim.lint.numbers import counted_twice, densities, magnitudes, masses, meshes, steps, stiffness
+from text2sim.lint.numbers import counted_twice, densities, magnitudes, masses, meshes, springs, steps, stiffness
 from text2sim.lint.rule import EXAMPLE_BASE, Rule
 from text2sim.lint.script import (
     at_rest,
@@ -52,6 +52,7 @@ RULES: tuple[Rule, ...] = (
     *counted_twice.RULES,
     *meshes.RULES,
     *stiffness.RULES,
+    *springs.RULES,
     *bounce.RULES,
     *steps.RULES,
     *pushes.RULES,

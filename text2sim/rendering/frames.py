@@ -17,11 +17,11 @@ from text2sim.spec_schema.whole_files import replacing
 from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras
 
-DRAWING_VERSION = 52
+DRAWING_VERSION = 53
 """Version of this package's output; incremented whenever it draws the same scene differently."""
 ABANDONED = 3600.0
 """Age [s] from which an incomplete file counts as abandoned."""
-SHOWN = ("lights", "background", "backdrop", "gain", "tone")
+SHOWN = ("lights", "background", "backdrop", "gain", "tone", "springs")
 """Keys of the film section that every picture depends on."""
 
 
@@ -40,7 +40,8 @@ class Digests:
         # The name of a mesh is a digest of its content, see `templates/files.py`.
         parts = [(p.body, p.link, p.mesh.name, p.pos, p.quat, *_look_key(p.look)) for p in recording.parts]
         parts += [(p.body, p.surface_velocity) for p in recording.parts if p.surface_velocity]
-        self._flows = any(p.surface_velocity for p in recording.parts)
+        springs = recording.states.layout.get("springs", []) if recording.film.get("springs") else []
+        self._timed = bool(springs) or any(p.surface_velocity for p in recording.parts)
         soft = [
             (p.body, p.row, _content(p.geometry), *_look_key(p.look), _content(p.regions), *map(_look_key, p.parts))
             for p in recording.soft
@@ -48,7 +49,9 @@ class Digests:
         film = {name: recording.film.get(name) for name in SHOWN}
         statics = sorted(recording.statics), sorted(offstage(recording, views_of(recording)))
         self._common = hashlib.sha256(
-            json.dumps([DRAWING_VERSION, film, size, vars(quality), parts, soft, *statics], default=str).encode()
+            json.dumps(
+                [DRAWING_VERSION, film, size, vars(quality), parts, soft, springs, *statics], default=str
+            ).encode()
         )
 
     def __call__(self, frame: Frame, samples: int, reference: Frame | None = None) -> str:
@@ -64,7 +67,7 @@ class Digests:
         behind = [] if reference is None else [(reference.t, reference.part)]
         for t, part in [*frame.moments(self._quality.blur), *behind]:
             view = self._cameras.view(frame.camera, t, part)
-            arrays: list[Any] = [*states.poses(t), *view, *([np.array(t)] if self._flows else [])]
+            arrays: list[Any] = [*states.poses(t), *view, *([np.array(t)] if self._timed else [])]
             if states.soft is not None:
                 arrays += [states.soft.at(name, states.around(t)) for name in ("soft_points", "soft_surface")]
             for array in arrays:

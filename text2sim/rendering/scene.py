@@ -26,6 +26,7 @@ from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.rigid import batches
 from text2sim.rendering.shapes import mesh_shape, shaded
 from text2sim.rendering.soft import SoftBodies
+from text2sim.rendering.springs import Springs
 from text2sim.rendering.supports import COLOR as POSTS
 from text2sim.rendering.supports import supports
 from text2sim.rendering.tone import linear
@@ -120,6 +121,7 @@ class FilmStage:
         self._level_square = [_square(self.backdrop)] if replaced else []
         shown = [part for part in recording.parts if part.body not in hidden]
         self._rigid = batches(shown, recording.statics, scale)
+        self._springs = Springs(recording) if recording.film.get("springs") else None
         states = recording.states.soft
         self._soft = None if states is None else SoftBodies(recording.soft, states, scale)
 
@@ -170,6 +172,8 @@ class FilmStage:
             shapes["rods"] = _painted("rods", now.rods, _post_colors(now.rods))(self._post)
         if self._soft is not None:
             shapes |= self._soft.shapes(now.around)
+        if self._springs is not None:
+            shapes |= self._springs.shapes(t)
         shapes |= {liquid.name: make(liquid.bsdf) for liquid, make in now.flowing if not liquid.is_clear}
         mi, liquids = mitsuba(), None
         solid = mi.load_dict(self._fixed | shapes, optimize=False)
@@ -183,6 +187,8 @@ class FilmStage:
         dark = self._darkened(now)
         if metals:
             bright = {batch.name: batch.shape(pos, quat, t) for batch in self._rigid if batch.is_metal}
+            if self._springs is not None:
+                bright |= self._springs.shapes(t, metal_only=True)
             mirrored = {"type": "scene", "dome": self._metal_room} | dark | bright
             moment = replace(moment, metals=mi.load_dict(mirrored, optimize=False))
         return self._glossed(moment, now, dark) if gloss else moment
@@ -209,6 +215,8 @@ class FilmStage:
         dark |= {liquid.name: make(black) for liquid, make in now.flowing}
         if now.rods is not None:
             dark["rods"] = _painted("rods", now.rods, _post_colors(now.rods))(black)
+        if self._springs is not None:
+            dark |= self._springs.shapes(now.t, black)
         if self._soft is not None:
             dark |= self._soft.shapes(now.around, black)
         return dark | {name: make(black) for name, (make, _) in self._backdrop.items()}
@@ -242,7 +250,8 @@ class FilmStage:
     @cached_property
     def _metal_room(self) -> Any:
         """What metals reflect of a room beyond the light of the film's own domes; None if that is nothing."""
-        if not any(batch.is_metal for batch in self._rigid):
+        sprung = self._springs is not None and self._springs.has_metal
+        if not (sprung or any(batch.is_metal for batch in self._rigid)):
             return None
         film = self.recording.film
         missing = gradient(np.full(3, CEILING), np.full(3, WALLS)) / film["gain"] - dome_radiance(film["lights"])

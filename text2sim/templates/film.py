@@ -74,6 +74,11 @@ def film(scene, cameras: dict, out: Path, script: dict, *, samples: int = 8) -> 
         from soft_film import SoftFilm
 
         soft = SoftFilm(scene, states.soft, out / "geometry")
+    springs = None
+    if script.get("springs"):
+        from spring_film import SpringFilm
+
+        springs = SpringFilm(scene, states, script["springs"])
     _open_opengl(scene, cameras)
     (out / "frames").mkdir(exist_ok=True)
     script = directed(script, states)
@@ -93,6 +98,8 @@ def film(scene, cameras: dict, out: Path, script: dict, *, samples: int = 8) -> 
                 _hide(scene.rigid_solver, states, frame.t)
             if soft is not None:
                 soft.show(states.around(frame.t))
+            if springs is not None:
+                springs.show(frame.t)
             camera = cameras[frame.camera]
             view = views.view(frame.camera, frame.t, frame.part)
             camera._fov = view.fov  # Genesis has no public way to change it; the rasteriser reads it with the pose
@@ -114,6 +121,8 @@ def film(scene, cameras: dict, out: Path, script: dict, *, samples: int = 8) -> 
         video.close()
     if soft is not None:
         soft.close()
+    if springs is not None:
+        springs.clear()
     write_json(out / "visibility.json", visibility)
 
 

@@ -119,7 +119,7 @@ class Recorder:
         self._frames, self._chunk, self._step = [], 0, 0
         self._motor_forces = []  # of the substeps of this step
         self._flushed = time.monotonic()
-        self.gone, self.bonds = {}, None  # time of removal [s] by copy; what tells of the bonds
+        self.gone, self.bonds, self.springs = {}, None, []  # time of removal [s] by copy; bonds; springs of the layout
         self.belts = {}  # velocity of the surface [m/s] of what never moves itself, in its frame, by copy
         links, dofs = self._solver.dyn_state.links, self._solver.dyn_state.dofs
         # The clipped force of the last substep; `get_dofs_control_force` would give that of the next one.
@@ -152,7 +152,7 @@ class Recorder:
         expected = round(self._duration / self._dt) // self._every + 1
         run = {"dt": self._dt, "every": self._every, "duration": self._duration, "n_frames": expected}
         layout = run | _layout(self._scene, self._bodies, self._link_bodies, self._offsets)
-        layout["parts"] = self._contacts.parts
+        layout |= {"parts": self._contacts.parts} | ({"springs": self.springs} if self.springs else {})
         for row in layout["links"]:
             if row["body"] in self.belts:
                 row |= {"fixed": True, "surface_velocity": self.belts[row["body"]]}

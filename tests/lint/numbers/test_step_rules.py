@@ -145,3 +145,34 @@ bodies:
 """
     assert findings(assets, "fast-schedule", pusher % 0) == []
     expect_words(assets, "fast-schedule", "the first one is a jump of 300 mm", pusher % 0.3)
+
+
+BEAM = "scene: {dt: 0.01, statics: {beam: {shape: {kind: box, size: [1, 0.1, 0.1]}, pose: {pos: [0, 0, 2]}}}}"
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "damping", "severity"),
+    # k T^2 + 2 c T on 1 kg, with T = 0.01: a warning from 1 on, an error from 4 on.
+    [(9e3, 0, []), (1.1e4, 0, ["warning"]), (4.1e4, 0, ["error"]), (9e3, 6, ["warning"])],
+)
+def test_springs_between_bodies_that_are_too_stiff(
+    assets: Path, stiffness: float, damping: float, severity: list[str]
+) -> None:
+    act = control(f"kind: spring, body: ball, to: beam, stiffness: {stiffness}, damping: {damping}")
+    found = findings(assets, "stiff-spring", BALL, BEAM, act)
+    assert [(p.severity, p.path) for p in found] == [(each, "/actions/controls/act/stiffness") for each in severity]
+
+
+def test_springs_at_one_body_add_up(assets: Path) -> None:
+    acts = "actions: {controls: {%s}}" % ", ".join(  # noqa: UP031 - braces
+        f"s{k}: {{kind: spring, body: ball, to: beam, stiffness: 4.0e3}}" for k in range(3)
+    )
+    expect_words(assets, "stiff-spring", "`ball` (1 kg) is too stiff for steps of 10 ms", BALL, BEAM, acts)
+    expect_words(assets, "stiff-spring", "use scene.dt of 0.0091 or less (substeps do not help)", BALL, BEAM, acts)
+
+
+def test_what_hangs_on_a_spring_is_not_taken_to_fall(assets: Path) -> None:
+    act = control("kind: spring, body: ball, to: beam, stiffness: 50")
+    scene = BEAM.replace("statics: {", "duration: 3, statics: {floor: null, ")
+    assert findings(assets, "falls-for-ever", BALL, scene)
+    assert not findings(assets, "falls-for-ever", BALL, scene, act)

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from text2sim.compiler.action_rows import Airflow as AirflowRow
+from text2sim.compiler.action_rows import Field, Hold, Push
 from text2sim.compiler.literal import Code
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.plan import Airflow as AirflowRow
-from text2sim.compiler.plan import Field, Hold, Push
 from text2sim.compiler.schedules import call_of, largest, scale_constructor
 from text2sim.compiler.selection import select
 from text2sim.compiler.shapes.rotation import vector_unit

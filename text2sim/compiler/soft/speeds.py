@@ -9,9 +9,9 @@ from math import hypot, sqrt
 from pathlib import Path
 from typing import Any
 
+from text2sim.compiler.action_rows import Airflow
 from text2sim.compiler.controls import ControlRows
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.plan import Airflow
 from text2sim.compiler.prescribed import top_speed
 from text2sim.compiler.schedules import largest
 from text2sim.compiler.soft.setup import MAX_SPEED

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from math import hypot
 
+from text2sim.compiler.action_rows import Hold
 from text2sim.compiler.controls import ControlRows
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.plan import Hold
 from text2sim.compiler.prescribed import displacements
 from text2sim.compiler.schedules import SCHEDULE_SAMPLES, largest, value_at
 from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, around

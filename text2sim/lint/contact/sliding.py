@@ -4,9 +4,9 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from text2sim.compiler.action_rows import StartVelocity
 from text2sim.compiler.belts import carries
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.plan import StartVelocity
 from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_dot
 from text2sim.compiler.soft.solvers import is_soft

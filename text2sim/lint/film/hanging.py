@@ -33,6 +33,7 @@ def _hangs(facts: Facts) -> Iterator[Problem]:
     views = opening_views(facts)
     moved = {body_of(row.entity) for row in facts.rows.wrenches if row.start == 0.0}
     moved |= {body_of(row.entity) for row in facts.rows.velocities}
+    moved |= {body_of(name) for name in facts.sprung}
     for name in facts.case.bodies if views and facts.pull else ():
         balls = drawn(facts, name)
         if not balls or name in moved or not any(share_inside(view, balls) >= MIN_SHARE_INSIDE for view in views):

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import cos, inf, sin
 
+from text2sim.compiler.action_rows import Weld
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.plan import Weld
 from text2sim.compiler.shapes.inertials import Inertial, combined_inertial
 from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
 from text2sim.compiler.trees.tree import StandingLink, tree_links

@@ -120,7 +120,7 @@ class Mechanics:
     def _carried(self) -> tuple[dict[tuple[str, str], list[Inertial]], set[str]]:
         """Inertials on links from the start, welded or placed there, and the copies that something else also holds."""
         groups: dict[tuple[str, str], set[tuple[str, str]]] = {}
-        closed: set[str] = set()
+        closed = {name for name in self.facts.sprung if self._is_held(name)}
         for weld in self.facts.rows.welds:
             ends = [(name, link or "") for name, link in ((weld.a, weld.a_link), (weld.b, weld.b_link))]
             held = [self._is_held(name) for name, _ in ends]

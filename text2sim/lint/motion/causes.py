@@ -136,7 +136,7 @@ class Causes:
                 yield Cause(row.start, row.control, row.start, gain)
 
     def _other_causes(self) -> Iterator[Cause]:
-        """Yield the drives, driven bodies, moving surfaces, releases and removals."""
+        """Yield the drives, driven bodies, moving surfaces, springs, releases and removals."""
         facts = self.facts
         for (entity, name), spans in spans_of(facts).items():
             joint = facts.once(Mechanics).joint(facts.copies[entity], name)
@@ -153,6 +153,8 @@ class Causes:
         for weld in facts.rows.welds:
             if not weld.on:
                 yield Cause(weld.at, weld.control, weld.at, 0.0)
+        for spring in facts.rows.springs:
+            yield Cause(spring.start, spring.control)
         for removal in facts.rows.removals:
             at = 0.0 if removal.at is None else removal.at  # an event may come at any time
             yield Cause(at, removal.control, at, 0.0)

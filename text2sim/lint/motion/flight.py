@@ -66,7 +66,7 @@ class Flight:
 
 
 def flight_of(facts: Facts, copy: Copy) -> Flight | None:
-    """Return the path of a copy; None if it is held, moves with damping, or has no size."""
+    """Return the path of a copy; None if it is held, on a spring, damped, or has no size."""
     flights = facts.once(_Flights)
     if copy.name not in flights.known:
         flights.known[copy.name] = flights.work_out(copy)
@@ -85,7 +85,7 @@ class _Flights:
     def work_out(self, copy: Copy) -> Flight | None:
         facts = self.facts
         box = facts.box(copy)
-        if box is None or not facts.loose(copy):
+        if box is None or not facts.loose(copy) or copy.name in facts.sprung:
             return None
         v, g = facts.velocities.get(copy.name, (0.0, 0.0, 0.0)), facts.case.scene.gravity
         path = Flight(v, g, facts.case.scene.duration)

@@ -95,6 +95,9 @@ def subjects(facts: Facts, measure: Any) -> list[StartTarget]:
         return found.select([*measure.subjects, *listed(measure.by)])
     if isinstance(measure, measures.Distance):
         return [target for selector in measure.between for target in found.select(selector)]
+    if isinstance(measure, measures.SpringForce):
+        spring: Any = facts.case.actions.controls[measure.spring]
+        return found.select([spring.body, spring.to])
     if measure.of is None:
         return [target for name in facts.case.bodies for target in found.select(name) if not target.driven]
     return found.select(measure.of)

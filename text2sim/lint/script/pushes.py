@@ -9,7 +9,7 @@ at the end of a rod.
 from collections.abc import Iterator
 from math import ceil, dist, hypot, inf
 
-from text2sim.compiler.plan import Wrench
+from text2sim.compiler.action_rows import Wrench
 from text2sim.compiler.shapes.boxes import union
 from text2sim.compiler.shapes.rotation import frame_apply
 from text2sim.compiler.trees.tree import tree_links

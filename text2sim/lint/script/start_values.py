@@ -5,8 +5,8 @@ from math import dist, hypot, inf, sqrt
 from statistics import pstdev
 from typing import Any
 
+from text2sim.compiler.action_rows import StartVelocity
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.plan import StartVelocity
 from text2sim.compiler.shapes.rotation import Vec, vector_dot, vector_unit
 from text2sim.lint.facts import Facts
 from text2sim.lint.script.targets import StartTarget, Targets

@@ -29,7 +29,7 @@ def _edges(facts: Facts) -> Iterator[Problem]:
     if x or y or z >= 0.0:
         return
     held = {body_of(c.body) for c in facts.case.actions.controls.values() if c.kind == "attach"}
-    held |= {body_of(name) for name in facts.bonded}
+    held |= {body_of(name) for name in facts.bonded | facts.sprung}
     boxes = {
         copy.name: (name, copy, box)
         for name in facts.case.bodies

@@ -58,10 +58,10 @@ def _sideways(facts: Facts) -> Iterator[Problem]:
 
 
 def _held_bodies(facts: Facts) -> set[str]:
-    """Return the bodies that an attachment or a force may keep from falling."""
+    """Return the bodies that an attachment, a spring or a force may keep from falling."""
     names = [name for weld in facts.rows.welds for name in (weld.a, weld.b)]
     names += [wrench.entity for wrench in facts.rows.wrenches if wrench.end > wrench.start]
-    return {body_of(name) for name in (*names, *facts.bonded)}
+    return {body_of(name) for name in (*names, *facts.bonded, *facts.sprung)}
 
 
 def _caught(facts: Facts, copy: Copy, resting: list[tuple[Copy, Bounds]]) -> bool:

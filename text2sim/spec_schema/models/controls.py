@@ -18,6 +18,7 @@ from text2sim.spec_schema.models.base import (
     Window,
     exactly_one_of,
 )
+from text2sim.spec_schema.models.colors import Color
 from text2sim.spec_schema.models.fields import Acting, Airflow, Attraction, Drag, Turbulence, Vortex, Wind
 from text2sim.spec_schema.models.motion import Schedule
 from text2sim.spec_schema.models.regions import BodyRegion
@@ -189,6 +190,38 @@ class Attach(Acting):
     """Time [s]."""
 
 
+class Spring(Acting):
+    """A coil spring or an elastic cord between points of two bodies.
+
+    It pulls its ends together with the force `stiffness (d - length) + damping d'`, d being their distance. It has no
+    mass and touches nothing; films show it.
+    """
+
+    kind: Literal["spring"]
+    body: Selector
+    """A rigid or articulated body, or one link of it (`arm.hand`, `rope.link_0`)."""
+    point: Vec3 | BodyRegion = (0.0, 0.0, 0.0)
+    """Its end on it: a point [m] or region in the body's frame."""
+    to: Selector
+    """What it pulls that body to: another body, a static or a link. Copies pair one to one, or all with the one."""
+    to_point: Vec3 | BodyRegion = (0.0, 0.0, 0.0)
+    """Its end on that, likewise."""
+    stiffness: Positive
+    """[N/m]. A mass m hangs `m g / stiffness` lower on it, and swings with the period `2 pi sqrt(m / stiffness)`."""
+    damping: NonNegative = 0.0
+    """[N s/m]. With `2 sqrt(stiffness m)` it does not swing."""
+    length: NonNegative | None = None
+    """Length [m] without load; by default the distance of its ends as it begins."""
+    form: Literal["coil", "cord"] = "coil"
+    """A `coil` also pushes. A `cord`, such as a rubber band, does not, and hangs slack between ends that are near."""
+    radius: Positive | None = None
+    """Radius [m] of the coil or cord as it is drawn; by default some of its length."""
+    color: Color | None = None
+    """By default that of steel, or of rubber."""
+    during: Window | None = None
+    """Start and end [s]; by default the whole run."""
+
+
 class Release(Acting):
     """The end of an `attach`, at a time or at an event."""
 
@@ -255,6 +288,7 @@ Control = Annotated[
     | Drive
     | Reach
     | Attach
+    | Spring
     | Release
     | Remove
     | Bond

@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import model_validator
 
-from text2sim.spec_schema.models.base import AxisName, ByKind, Real, Selector, Selectors, Vec3
+from text2sim.spec_schema.models.base import AxisName, ByKind, Name, Real, Selector, Selectors, Vec3
 from text2sim.spec_schema.models.contact_measures import ContactCount, ContactForce, Penetration
 from text2sim.spec_schema.models.derived_measures import Difference, Ratio
 from text2sim.spec_schema.models.regions import BodyRegion
@@ -211,6 +211,16 @@ class JointForce(_Of):
     traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=False, instead="")
 
 
+class SpringForce(Measured):
+    """Force [N] with which a `spring` pulls its ends together, negative while it pushes."""
+
+    kind: Literal["spring_force"]
+    unit: ClassVar[str] = "N"
+    traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=False, instead="")
+    spring: Name
+    """Name of the control of kind `spring`; of copies, the sum."""
+
+
 class Extent(Measured):
     """Extent of bodies along an axis [m]: their highest (`max`) or lowest (`min`) coordinate, or length (`range`)."""
 
@@ -329,6 +339,7 @@ Measure = Annotated[
     | JointPosition
     | JointVelocity
     | JointForce
+    | SpringForce
     | Bend
     | Extent
     | Distance

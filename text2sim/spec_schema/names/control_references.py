@@ -15,6 +15,7 @@ from text2sim.spec_schema.models.controls import (
     InitialVelocity,
     Reach,
     Release,
+    Spring,
     Torque,
 )
 from text2sim.spec_schema.models.fields import Airflow
@@ -50,6 +51,8 @@ def check_controls(table: NameTable) -> None:
             _check_reach(table, where, control)
         elif isinstance(control, Attach):
             _check_attach(table, where, name, control)
+        elif isinstance(control, Spring):
+            _check_spring(table, where, name, control)
         elif isinstance(control, Release):
             _check_release(table, where, control)
         during = getattr(control, "during", None)
@@ -192,35 +195,67 @@ def _check_reach(table: NameTable, where: Path, control: Reach) -> None:
 
 def _check_attach(table: NameTable, where: Path, name: str, control: Attach) -> None:
     body = table.find(control.body, (*where, "body"))
-    target: Member | None = None
+    target = _find_holder(table, where, name, control)
+    if body is None or _lacks_a_link(table, where, body, target):
+        return
+    if not body.dynamic:
+        message = f"{body.why_not_dynamic}; `body` is the moving one, `to` its holder"
+        table.report((*where, "body"), message, "not-dynamic")
+    if target is None and not _to_world(table, control):
+        return
+    if check_attach_kind(table, where, control, body, target) and target is not None:
+        _check_pair(table, where, control, body, target)
+
+
+def _check_spring(table: NameTable, where: Path, name: str, control: Spring) -> None:
+    if _to_world(table, control):
+        message = "a spring needs something at both ends: a static, such as a hook or a beam, in place of the world"
+        table.report((*where, "to"), message, "no-world")
+        return
+    body, target = table.find(control.body, (*where, "body")), _find_holder(table, where, name, control)
+    if body is None or target is None or _lacks_a_link(table, where, body, target):
+        return
+    for field, member in (("body", body), ("to", target)):
+        if member.deforms:
+            message = f"`{member.name}` deforms, and a spring needs a rigid body or a link at both ends"
+            table.report((*where, field), message, "soft-spring")
+            return
+    if not (body.dynamic or target.dynamic):
+        message = f"neither end of the spring can be moved by it: {body.why_not_dynamic}, and {target.why_not_dynamic}"
+        table.report((*where, "body"), message, "not-dynamic")
+    _check_pair(table, where, control, body, target)
+
+
+def _find_holder(table: NameTable, where: Path, name: str, control: Attach | Spring) -> Member | None:
+    target = None
     for text in _targets(table, name, control):
         target = table.find(text, (*where, "to"))
         if target is None:
             break
-    if body is None:
-        return
+    return target
+
+
+def _lacks_a_link(table: NameTable, where: Path, body: Member, target: Member | None) -> bool:
+    """Return whether a rope, chain or beam is named without a link, which is reported."""
     for field, member in (("body", body), ("to", target)):
         if member is not None and member.part is None and isinstance(member.model, Rope | Chain | Beam):
             links = table.parts[member.name].links if member.name in table.parts else ()
             last = f" to `{member.text}.{links[-1]}`" if links else ""
             message = f"name a link of `{member.text}`, from `{member.text}.link_0` at its first end{last}"
             table.report((*where, field), message, "no-link")
-            return
-    if not body.dynamic:
-        message = f"{body.why_not_dynamic}; `body` is the moving one, `to` its holder"
-        table.report((*where, "body"), message, "not-dynamic")
-    if target is None and not _to_world(table, control):
-        return
-    if not check_attach_kind(table, where, control, body, target) or target is None:
-        return
+            return True
+    return False
+
+
+def _check_pair(table: NameTable, where: Path, control: Attach | Spring, body: Member, target: Member) -> None:
     if body.text == target.text and (body.count == 1 or body.part == target.part):
         table.report((*where, "to"), f"`{body.text}` cannot be attached to itself", "itself")
     elif 1 not in (body.count, target.count) and body.count != target.count:
         counts = f"`{body.text}` selects {body.count}, `{target.text}` {target.count}"
-        table.report((*where, "to"), f"copies are attached one to one, but {counts}", "pairs")
+        table.report((*where, "to"), f"copies pair one to one, but {counts}", "pairs")
 
 
-def _targets(table: NameTable, name: str, control: Attach) -> list[str]:
+def _targets(table: NameTable, name: str, control: Attach | Spring) -> list[str]:
     """Return the holders of the first and of the last copy."""
     model = table.bodies.get(parse_selector(control.body).body)
     if _to_world(table, control):
@@ -233,10 +268,10 @@ def _targets(table: NameTable, name: str, control: Attach) -> list[str]:
     except SpecError as error:
         table.problems += error.problems
         return [control.to]
-    return [control.to, copy.to] if isinstance(copy, Attach) else [control.to]
+    return [control.to, copy.to] if isinstance(copy, Attach | Spring) else [control.to]
 
 
-def _to_world(table: NameTable, control: Attach) -> bool:
+def _to_world(table: NameTable, control: Attach | Spring) -> bool:
     """Return whether a control attaches a body to the world."""
     return control.to == WORLD and WORLD not in table.bodies and WORLD not in table.statics
 

@@ -1,10 +1,11 @@
-"""Checks of measures of two other measures, and of rings on rods."""
+"""Checks of measures of two other measures, of springs, and of rings on rods."""
 
 from collections.abc import Mapping
 from typing import Any
 
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.models.bodies import Articulated, HingeMount
+from text2sim.spec_schema.models.controls import Spring
 from text2sim.spec_schema.models.shapes import Compound
 from text2sim.spec_schema.names.control_references import check_joint
 from text2sim.spec_schema.names.name_table import Member, NameTable, touching_parts
@@ -96,3 +97,15 @@ def _why_not(member: Member, shape: Any, kinds: tuple[str, ...]) -> str:
     more = "; name a link or part" if member.part is None else ""
     what = f"its shape is a {shape.kind}" if shape is not None else f"it has no shape of its own{more}"
     return f"{what}, and it takes a {', '.join(kinds[:-1])} or {kinds[-1]}"
+
+
+def check_spring_force(table: NameTable, where: Path, measure: measures.SpringForce) -> None:
+    """Report a control that does not exist or is not a spring.
+
+    Args:
+        table: The table; problems are added to it.
+        where: Path of the measure.
+        measure: The measure.
+    """
+    springs = [name for name, one in table.loaded.case.actions.controls.items() if isinstance(one, Spring)]
+    table.check_known((*where, "spring"), "spring", measure.spring, springs)

@@ -4,9 +4,10 @@ from collections.abc import Sequence
 
 from text2sim.spec_schema.models import events, measures
 from text2sim.spec_schema.models.bodies import Articulated, BallMount, HingeMount, Rigid
+from text2sim.spec_schema.models.controls import Spring
 from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.names.control_references import check_joint, joints_of
-from text2sim.spec_schema.names.derived_measure_references import check_pair, check_threaded
+from text2sim.spec_schema.names.derived_measure_references import check_pair, check_spring_force, check_threaded
 from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.selectors import quoted
 from text2sim.spec_schema.names.soft_measure_references import (
@@ -38,6 +39,9 @@ def check_measures(table: NameTable) -> None:
             continue
         if isinstance(measure, measures.Gap):
             check_gap(table, where, measure)
+            continue
+        if isinstance(measure, measures.SpringForce):
+            check_spring_force(table, where, measure)
             continue
         if isinstance(measure, measures.Threaded):
             check_threaded(table, where, measure)
@@ -98,6 +102,9 @@ def measured_sides(table: NameTable, measure: measures.Measure) -> list[list[Mem
         sides = (measure.of, measure.to)
     elif isinstance(measure, measures.Threaded | measures.Submerged):
         sides = (measure.of, measure.by)
+    elif isinstance(measure, measures.SpringForce):
+        spring = table.loaded.case.actions.controls.get(measure.spring)
+        sides = (spring.body, spring.to) if isinstance(spring, Spring) else ()
     touching = measure.kind in (*CONTACT_KINDS, "threaded")
     return [quiet.find_all(selectors, (), many=True, touching=touching) for selectors in sides]
 

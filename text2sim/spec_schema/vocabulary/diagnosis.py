@@ -293,6 +293,7 @@ OTHER_WORDS = {
     **dict.fromkeys(("revolute", "rotary"), "hinge"),
     **dict.fromkeys(("prismatic", "linear"), "slider"),
     **dict.fromkeys(("pin", "weld", "constraint", "grasp"), "attach"),
+    **dict.fromkeys(("tendon", "bungee", "elastic", "tether", "coil"), "spring"),
 }
 """Kinds by their names in other languages, for hints."""
 
