@@ -45,6 +45,7 @@ MOMENTS = {
     "shattering_vase": 1.32,
     "snow_plough": 1.4,
     "soft_press": 1.5,
+    "spring_train": 1.42,
     "squeeze_through": 0.55,
     "trampoline": 0.46,
     "tumbler": 3.5,

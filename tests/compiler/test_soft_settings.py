@@ -6,9 +6,11 @@ from typing import Any
 import pytest
 
 from text2sim.compiler.build import Resolution, resolve_case
+from text2sim.compiler.soft.settings import sound_step
 from text2sim.compiler.soft.setup import MpmSettings, PbdSettings
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.models.soft_bodies import Liquid
 
 FLOOR = "statics: {floor: {shape: {kind: plane}}}"
 CUBE = "{kind: soft, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [0, 0, 0.3]}"
@@ -115,6 +117,13 @@ def test_substeps_keep_a_viscous_liquid_stable() -> None:
     )
     step_s, cell = 0.01 / case.settings.substeps, mpm(case).cell
     assert 0.45 * cell < sqrt((1e5 + 2 * 500 / step_s) / 1400) * step_s <= 0.5 * cell
+
+
+def test_a_liquid_so_viscous_that_sound_does_not_matter_has_a_step() -> None:
+    """For a large nu = viscosity / density, the step is (cell / 2)^2 / (2 nu): what diffuses half a cell."""
+    liquid = Liquid.model_validate({"kind": "liquid", "shape": {"kind": "sphere", "radius": 0.1}})
+    material = liquid.material.model_copy(update={"viscosity": 1e15})
+    assert sound_step(material, liquid, 0.02, 0.0) == pytest.approx(0.01**2 / (2 * 1e15 / 1000), rel=1e-9)
 
 
 def test_substeps_keep_gas_in_a_hull_stable() -> None:

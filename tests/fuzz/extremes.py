@@ -37,7 +37,7 @@ from text2sim.spec_schema.vocabulary.words import LanguageSlot, fields_of, is_mo
 VALUES = (0, -0.0, 1e-320, 1e-308, 1e-100, 1e-29, 1e-15, 1e-6, 1e-3, -1e-3, 1e3, 1e6, 1e15, -1e15, 1e100, 1e308)
 SAMPLE = (0.1, 0.2, 0.3, 0.4)
 """What a vector is of which a case says nothing, but for one number."""
-SECONDS = 3.0
+SECONDS = 5.0
 """Processor time [s] of one check."""
 MEMORY = 3_000_000_000
 """Address space [bytes] of the whole trial."""

@@ -53,23 +53,15 @@ def test_a_stretched_cord_keeps_its_volume():
     assert np.linalg.norm(vertices[:SIDES] - A, axis=1) == pytest.approx(0.005)
 
 
-def test_springs_are_drawn_in_their_span_between_points_that_move_with_links():
-    quat = np.array([[1.0, 0, 0, 0], [np.sqrt(0.5), 0, 0, np.sqrt(0.5)]])  # the second one is turned about z
-    row = {
-        "control": "pull",
-        "links": [0, 1],
-        "points": [[0, 0, 0], [0.1, 0, 0]],
-        "length": None,
-        "start": 1.0,
-        "end": 2.0,
-    }
+def test_springs_are_drawn_in_their_span():
+    row = {"control": "pull", "length": None, "start": 1.0, "end": 2.0}
     states = SimpleNamespace(
-        layout={"springs": [row, row | {"control": "hidden"}]},
-        poses=lambda t: (np.array([[0.0, 0, 0], [t, 0, 0]]), quat),
+        layout={"springs": [row | {"control": "hidden"}, row]},
+        spring_ends=lambda t: np.array([[[5.0, 0, 0], [6, 0, 0]], [[0, 0, 0], [t, 0, 0]]]),
     )
     coils = Coils(states, {"pull": {"form": "cord", "radius": 0.01}})
     assert [len(coils.at(t)) for t in (0.5, 1.0, 1.99, 2.0)] == [0, 1, 1, 0]
     (strand,) = coils.at(1.5)
-    np.testing.assert_allclose(middles(strand.vertices)[[0, -1]], [[0, 0, 0], [1.5, 0.1, 0]], atol=1e-9)
+    np.testing.assert_allclose(middles(strand.vertices)[[0, -1]], [[0, 0, 0], [1.5, 0, 0]], atol=1e-9)
     # Without a length, it has none to spare as it begins.
     np.testing.assert_allclose(middles(coils.at(1.0)[0].vertices)[:, 2], 0.0, atol=1e-9)

@@ -27,6 +27,9 @@ class Ways:
 
     tracks = bounds
 
+    def spring_ends(self, t):
+        return np.zeros((0, 2, 3))
+
     def boxes(self, names):
         kept = [name for name in self._things if name in names]
         half = np.array([self._things[name][0] for name in kept], float).reshape(-1, 3)
@@ -349,3 +352,19 @@ def test_a_body_with_far_larger_decor_is_seen_as_near_as_without():
     flagged = {"cart": whole, "cart.bed": bed}
     assert distance({}, flagged) > 1.5 * alone
     assert distance({"bare": {"cart": ["cart.bed"]}}, flagged) < 1.2 * alone
+
+
+def test_what_a_spring_hangs_from_is_in_the_picture():
+    def bounces(t):
+        return np.array([0.3 * np.sin(t), 0.0, 1.0 + 0.2 * np.cos(6 * t)])
+
+    class Hung(Ways):
+        def spring_ends(self, t):
+            return np.array([[bounces(t), [0.0, 0.0, 2.4]]])
+
+    things = {"bob": ((0.1, 0.1, 0.1), bounces), "beam": ((0.5, 0.05, 0.05), standing(0, 0, 2.4))}
+    for ways in (Hung(things), Ways(things)):
+        cameras = Cameras(directed(film(["bob"], ["beam"]), ways), None)
+        views = [cameras.view("main", t) for t in np.linspace(0.5, DURATION - 0.5, 9)]
+        inside = [abs(project(view, np.array([[0.0, 0.0, 2.4]]), 16 / 9)[0, 1]) < 1 for view in views]
+        assert all(inside) == isinstance(ways, Hung)

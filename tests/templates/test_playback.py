@@ -58,6 +58,14 @@ def test_bounds_go_with_the_bodies(folder):
     assert len(states.bounds(["nobody"], 0.0)) == 0
 
 
+def test_ends_of_springs_go_with_their_links(folder):
+    layout = folder / "states" / "layout.json"
+    spring = {"links": [1, 2], "points": [[1, 0, 0], [0, 0, 0.5]]}
+    layout.write_text(json.dumps(json.loads(layout.read_text()) | {"springs": [spring]}))
+    (ends,) = States(folder).spring_ends(1.0)
+    np.testing.assert_allclose(ends, [[0, 1, 1], [1, 0, 0.5]], atol=1e-9)
+
+
 def test_bounds_of_patterns_and_of_parts_of_compounds(folder):
     here = {"pos": [0, 0, 0], "quat": [1, 0, 0, 0]}
     parts = [

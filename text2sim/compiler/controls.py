@@ -202,26 +202,24 @@ def _springs(
     points: BodyPoints,
 ) -> None:
     pointer = ("actions", "controls", name)
-    for a, b in _pairs(control, copies):
-        own = loaded.control_copy(name, a.variables) if loaded.varies(pointer) else control
+    varies, line = loaded.varies(pointer), loaded.line(pointer)
+    for copy in select(control.body, copies)[0]:
+        own = loaded.control_copy(name, copy.variables) if varies else control
         assert isinstance(own, Spring)
-        ends: list[tuple[str, str | None, Vec]] = []
-        for copy, selector, key in ((a, own.body, "point"), (b, own.to, "to_point")):
-            part = parse_selector(selector).part
-            try:
-                ends.append((copy.name, part, points.on_link(copy, part, getattr(own, key)) or ORIGIN))
-            except RegionError as error:
-                text = f"`{copy.body}`: {error}"
-                rows.problems.append(loaded.problem((*pointer, key), text, rule="empty-region"))
-                return
-        start, end = span_of(own.during, NEVER_REACHED)
-        (a_name, a_link, a_point), (b_name, b_link, b_point) = ends
-        rows.springs.append(
-            SpringRow(
-                a_name, a_link, a_point, b_name, b_link, b_point, own.stiffness, own.damping, own.length,
-                own.form == "cord", start, end, loaded.line(pointer), name,
-            )
-        )  # fmt: skip
+        for a, b in _pairs(own, copies):
+            if a is not copy:
+                continue
+            ends: list[tuple[str, str | None, Vec]] = []
+            for one, selector, key in ((a, own.body, "point"), (b, own.to, "to_point")):
+                part = parse_selector(selector).part
+                try:
+                    ends.append((one.name, part, points.on_link(one, part, getattr(own, key)) or ORIGIN))
+                except RegionError as error:
+                    text = f"`{one.body}`: {error}"
+                    rows.problems.append(loaded.problem((*pointer, key), text, rule="empty-region"))
+                    return
+            k, c, length, span = own.stiffness, own.damping, own.length, span_of(own.during, NEVER_REACHED)
+            rows.springs.append(SpringRow(*ends[0], *ends[1], k, c, length, own.form == "cord", *span, line, name))
 
 
 def _reach(

@@ -32,32 +32,24 @@ class Coils:
 
     def __init__(self, states, looks: dict[str, dict]):
         self._states, self._rows = states, []
-        for row in states.layout.get("springs", ()):
+        for k, row in enumerate(states.layout.get("springs", ())):
             if row["control"] not in looks:
                 continue
             length = row["length"]
             if length is None:
-                length = float(np.linalg.norm(np.subtract(*self._ends(row, row["start"]))))
-            self._rows.append((row, looks[row["control"]], max(length, 1e-3)))
+                length = float(np.linalg.norm(np.subtract(*states.spring_ends(row["start"])[k])))
+            self._rows.append((k, row, looks[row["control"]], max(length, 1e-3)))
 
     def at(self, t: float) -> list[Strand]:
         """Return the springs that act at a time [s]."""
-        found = []
-        for row, look, length in self._rows:
-            if not row["start"] <= t + 1e-9 < row["end"]:
-                continue
-            a, b = self._ends(row, t)
-            if not (np.isfinite(a).all() and np.isfinite(b).all()):
+        found, ends = [], self._states.spring_ends(t)
+        for k, row, look, length in self._rows:
+            a, b = ends[k]
+            if not row["start"] <= t + 1e-9 < row["end"] or not np.isfinite(ends[k]).all():
                 continue
             draw = coil if look["form"] == "coil" else cord
             found.append(Strand(row["control"], look["form"], *draw(a, b, length, look["radius"])))
         return found
-
-    def _ends(self, row: dict, t: float) -> tuple[np.ndarray, np.ndarray]:
-        pos, quat = (np.asarray(rows, dtype=float)[row["links"]] for rows in self._states.poses(t))
-        w, axis, points = quat[:, :1], quat[:, 1:], np.array(row["points"], dtype=float)
-        first, second = pos + points + 2.0 * np.cross(axis, np.cross(axis, points) + w * points)
-        return first, second
 
 
 def coil(a, b, length: float, radius: float | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

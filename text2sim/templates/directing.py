@@ -128,7 +128,7 @@ def _along(camera: dict, film: dict, states: Any) -> dict:
     standing = [states.bounds([name], float(times[0])) for name in film["auto"]["statics"]]
     active, clouds, beside = _active(moving, states, shown, times, ACTIVE * height), [], []
     for names, t, at in zip(active, times, shown, strict=True):
-        cloud = _shown(states, names, float(t), frame["within"])
+        cloud = _shown(states, names, float(t), frame["within"], springs=True)
         if at >= WHOLE:
             cloud = typical(cloud, sum(copies[name] for name in names))
         clouds.append(cloud if len(cloud) else _shown(states, moving, float(t), frame["within"]))
@@ -199,9 +199,14 @@ def _film_times(shots: list[dict]) -> tuple[np.ndarray, np.ndarray]:
     return np.array(shown), np.array(times)
 
 
-def _shown(states: Any, names: list[str], t: float, space: Any) -> np.ndarray:
-    """Points of bodies (n, 3) at a time [s] that are in a space, see `standpoints.within`; there may be none."""
+def _shown(states: Any, names: list[str], t: float, space: Any, *, springs: bool = False) -> np.ndarray:
+    """Points of bodies (n, 3) at a time [s] that are in a space, see `standpoints.within`; there may be none.
+
+    With `springs`, also where springs are fastened: what something hangs from belongs in the picture.
+    """
     cloud = states.bounds(names, t)
+    if springs:
+        cloud = np.concatenate([cloud, states.spring_ends(t).reshape(-1, 3)])
     cloud = cloud[np.isfinite(cloud).all(axis=1)]
     low, high = space
     return cloud[((cloud >= low) & (cloud <= high)).all(axis=1)]

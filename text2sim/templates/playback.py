@@ -119,6 +119,15 @@ class States:
         pos = (1 - w) * self._pos[i].astype(float) + w * self._pos[j]
         return pos, slerp(self._quat[i].astype(float), self._quat[j].astype(float), w)
 
+    def spring_ends(self, t: float) -> np.ndarray:
+        """Ends of all springs at a time [m], shape (n, 2, 3), in the order of the layout."""
+        rows = self.layout.get("springs", [])
+        if not rows:
+            return np.zeros((0, 2, 3))
+        pos, quat = (np.asarray(values, dtype=float) for values in self.poses(t))
+        links, points = np.array([row["links"] for row in rows]), np.array([row["points"] for row in rows], dtype=float)
+        return pos[links] + _turned(quat[links], points)
+
     def bounds(self, bodies: list[str], t: float) -> np.ndarray:
         """Outermost points of the visible surfaces of bodies [m], shape (n, 3).
 

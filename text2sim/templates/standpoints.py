@@ -64,6 +64,9 @@ def best_camera(film: dict, camera: dict, states: Any, times: np.ndarray, tracks
     every = np.concatenate(clouds)
     bodies = len(states.boxes(auto["moving"]).names)
     clouds[1:] = [typical(cloud, bodies) for cloud in clouds[1:]]
+    clouds[0] = np.concatenate(
+        [clouds[0], within(states.spring_ends(float(moments[0])).reshape(-1, 3), frame["within"])]
+    )
     shown = np.concatenate(clouds)
     points = np.concatenate([shown, _clipped_to_surroundings(standing, shown)])
     if not len(points):

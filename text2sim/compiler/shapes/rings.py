@@ -6,6 +6,7 @@ They consist of rings around an axis, each with as many points as its length nee
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -140,44 +141,46 @@ def turned(
 
     widest = max(r for r, _ in points)
     rings = list(points[:-1] if closed else points)
-    vertices, first, counts, shifts = [], [], [], []
-    total = 0
-    for row, (r, z) in enumerate(rings):
-        n = (
-            1
-            if r == 0.0
-            else max(round(2 * math.pi * r * stretch / edge), math.ceil(MIN_SIDES_WIDEST * r / widest), MIN_SIDES)
-        )
-        shift = 0.5 * (row % 2) / n  # rows of triangles, not of squares
-        angles = 2 * math.pi * (np.arange(n) / n + shift)
-        vertices.append(np.stack([r * np.cos(angles), r * np.sin(angles), np.full(n, z)], axis=1))
-        first.append(total)
-        counts.append(n)
-        shifts.append(shift)
-        total += n
-    faces = [
-        _bridge_rings(first[k], counts[k], shifts[k], first[j], counts[j], shifts[j])
-        for k, j in ((k, (k + 1) % len(rings)) for k in range(len(rings) if closed else len(rings) - 1))
+    counts = [
+        1
+        if r == 0.0
+        else max(round(2 * math.pi * r * stretch / edge), math.ceil(MIN_SIDES_WIDEST * r / widest), MIN_SIDES)
+        for r, _ in rings
     ]
-    return np.concatenate(vertices), np.concatenate(faces)
+    shifts = [0.5 * (row % 2) / n for row, n in enumerate(counts)]  # rows of triangles, not of squares
+    first = np.cumsum([0, *counts[:-1]])
+    own, (r, z) = np.repeat(np.arange(len(rings)), counts), np.array(rings, dtype=float).T
+    sizes, starts = np.array(counts), np.array(shifts)
+    angles = 2 * math.pi * ((np.arange(len(own)) - first[own]) / sizes[own] + starts[own])
+    vertices = np.stack([r[own] * np.cos(angles), r[own] * np.sin(angles), z[own]], axis=1)
+    faces = []
+    for k in range(len(rings) if closed else len(rings) - 1):
+        j = (k + 1) % len(rings)
+        bridge = _bridge_rings(counts[k], shifts[k], counts[j], shifts[j])
+        faces.append(np.where(bridge < counts[k], first[k] + bridge, first[j] - counts[k] + bridge))
+    return vertices, np.concatenate(faces)
 
 
-def _bridge_rings(a: int, n: int, shift_a: float, b: int, m: int, shift_b: float) -> "np.ndarray":
-    """Return triangles between two rings: one from each edge of either ring to a point of the other."""
+@lru_cache(maxsize=256)
+def _bridge_rings(n: int, shift_a: float, m: int, shift_b: float) -> "np.ndarray":
+    """Return triangles between two rings: one from each edge of either ring to a point of the other.
+
+    Points of the second ring are counted from n on. Long tubes have many pairs of equal rings.
+    """
     import numpy as np
 
     if n == 1 or m == 1:
         around = np.arange(max(n, m))
         ahead = (around + 1) % len(around)
         if n == 1:
-            return np.stack([np.full(m, a), b + ahead, b + around], axis=1)
-        return np.stack([a + around, a + ahead, np.full(n, b)], axis=1)
+            return np.stack([np.zeros(m, int), 1 + ahead, 1 + around], axis=1)
+        return np.stack([around, ahead, np.full(n, n)], axis=1)
     # Each step follows an edge of one of the rings, in the order of their middles, so that this edge lies opposite to
     # the third corner of its triangle.
     middles = np.concatenate([(np.arange(n) + 0.5) / n + shift_a, (np.arange(m) + 0.5) / m + shift_b])
     order = np.argsort(np.round(middles, 12), kind="stable")
     on_a = order < n
     i, j = np.cumsum(on_a) - on_a, np.cumsum(~on_a) - ~on_a
-    here, beyond = a + i % n, b + j % m
-    ahead = np.where(on_a, a + (i + 1) % n, b + (j + 1) % m)
+    here, beyond = i % n, n + j % m
+    ahead = np.where(on_a, (i + 1) % n, n + (j + 1) % m)
     return np.stack([here, ahead, beyond], axis=1)

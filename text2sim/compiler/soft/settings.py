@@ -203,7 +203,7 @@ def sound_step(material: Any, model: Any, cell: float, impact: float) -> float:
     """
     most, speed = MAX_COURANT * cell, wave_speed(material, model, impact=impact)
     eta = material.viscosity / material.density if isinstance(model, Liquid) else 0.0
-    return (sqrt(eta**2 + (most * speed) ** 2) - eta) / speed**2
+    return most**2 / (sqrt(eta**2 + (most * speed) ** 2) + eta)  # without cancellation
 
 
 # --- the solvers ------------------------------------------------------------------------------------------------

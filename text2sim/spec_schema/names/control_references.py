@@ -256,15 +256,18 @@ def _check_pair(table: NameTable, where: Path, control: Attach | Spring, body: M
 
 
 def _targets(table: NameTable, name: str, control: Attach | Spring) -> list[str]:
-    """Return the holders of the first and of the last copy."""
-    model = table.bodies.get(parse_selector(control.body).body)
+    """Return the holders of the first copy and of the last one that is selected."""
+    selection = parse_selector(control.body)
+    model = table.bodies.get(selection.body)
     if _to_world(table, control):
         return []
     if not table.loaded.varies(("actions", "controls", name, "to")) or model is None:
         return [control.to]
-    last = table.copies(parse_selector(control.body).body, model) - 1
+    count = table.copies(selection.body, model)
+    last = max(0, min(selection.last or count, count) - 1)
     try:
-        copy: Control = table.loaded.control_copy(name, {"i": last, "n": last + 1, "u": 1.0 if last else 0.0})
+        variables = {"i": last, "n": count, "u": last / (count - 1) if count > 1 else 0.0}
+        copy: Control = table.loaded.control_copy(name, variables)
     except SpecError as error:
         table.problems += error.problems
         return [control.to]
