@@ -2,6 +2,7 @@
 
 from io import BytesIO
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -90,3 +91,28 @@ def test_another_colour_is_another_film_and_no_other_simulation() -> None:
     assert sim_digest(white) == sim_digest(black)
     assert render_digest(white) != render_digest(black)
     assert b'"parts": [null, {"color": [1.0, 0.6471, 0.0]' in emit(white)["looks.json"]
+
+
+def test_an_invisible_part_touches_and_is_not_drawn() -> None:
+    text = """
+text2sim: 2
+name: tank
+scene:
+  duration: 0.1
+  statics:
+    tank:
+      shape:
+        kind: compound
+        parts:
+          wall: {shape: {kind: box, size: [0.1, 1, 1]}, pose: {pos: [-0.05, 0, 0]}, look: {visible: false}}
+          pane: {shape: {kind: box, size: [0.01, 1, 1]}, pose: {pos: [-0.005, 0, 0]}, look: {finish: glass}, decor: true}
+          frame: {shape: {kind: box, size: [0.1, 1, 0.1]}, pose: {pos: [-0.05, 0, 0.6]}}
+          hidden: {shape: {kind: sphere, radius: 0.1}, decor: true, look: {visible: false}}
+bodies: {ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [2, 0, 1]}}}
+"""
+    plan = plan_case(load_text(text, Path("case.yaml")))
+    model = ElementTree.fromstring(plan.files["models/tank.xml"])
+    geoms = [(geom.get("name"), geom.get("group"), geom.get("contype")) for geom in model.iter("geom")]
+    assert [name for name, _, contype in geoms if contype == "1"] == ["tank_0@wall", "tank_1@frame"]
+    assert sum(group == "2" for _, group, _ in geoms) == 2, "the pane and the frame are drawn"
+    assert len(plan.entities[0].part_surfaces["tank"]) == 2

@@ -37,12 +37,15 @@ def shaped_link(shape: Any, material: Material, look: Look, copy: Copy, name: st
     visuals = geometry.visual_mesh(shape, folder)
     if not look.visible:
         return replace(link, geoms=tuple(_hide(g) for g in geoms))
-    if not visuals:
-        return link
     parts: dict[Any, Any] = shape.parts if isinstance(shape, Compound | Sculpt) else {}
+    hidden = {name for name, part in parts.items() if part.look is not None and not part.look.visible}
+    geoms = tuple(_hide(g) if g.piece.part in hidden else g for g in geoms)
+    if not visuals:
+        return replace(link, geoms=geoms)
     drawn = tuple(
         _own_colored_surface(mesh, (parts[mesh.part].look if mesh.part in parts else None) or look, copy)
         for mesh in visuals
+        if mesh.part not in hidden
     )
     meshed = {mesh.part for mesh in visuals} | ({None} if isinstance(shape, Sculpt) else set())
     shown = tuple(_hide(g) if g.piece.part in meshed else g for g in geoms)

@@ -173,8 +173,8 @@ holds nothing up there, and what they contain falls into itself. Walls at rest n
 and {PUSHING_CELLS:g} if they push. What is driven
 through a body with a `tear_stretch` cuts it with `1.5 + 5 (tear_stretch - 1)` cells; the body closes behind less.""",
         remedy="""\
-Make it thicker (or use a `compound` with a thin visible part and a thick one for contact), or make the grid finer with
-`scene.mpm.cell`; half the cell takes sixteen times as long.""",
+Make it thicker (or use a `compound` of a thick part with `look: {visible: false}` and a thin one, flush inside, with
+`decor: true`), or make the grid finer with `scene.mpm.cell`; half the cell takes sixteen times as long.""",
         example="""\
 bodies:
   jelly: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.11]}}

@@ -170,7 +170,8 @@ class Look(Model):
     """Variation from copy to copy. In path-traced films copies differ slightly by default; `vary: {}` makes them
     identical."""
     visible: Bool = True
-    """False omits the body from every picture; of rigid bodies, a change needs a new run."""
+    """False omits the body, link or part from every picture, such as the thick wall behind a thin pane; of rigid
+    bodies, a change needs a new run."""
 
 
 class JointDynamics(Model):
