@@ -17,7 +17,7 @@ from text2sim.spec_schema.text.writing import flow_text
 NAMES = tuple(examples())
 HEAVY = ("robot_arm",)
 """Read from files, which takes a second."""
-STANDING = ("table", "plate", "cup", "bottle", "wine_glass", "fork", "knife", "spoon", "tube", "funnel")
+STANDING = ("table", "plate", "cup", "bottle", "wine_glass", "fork", "knife", "spoon", "tube", "funnel", "tank")
 """Their origin is in the middle of their underside."""
 MEASURED = {  # width, depth, height [m], as it is
     "table": (1.4, 0.8, 0.74),
@@ -26,6 +26,7 @@ MEASURED = {  # width, depth, height [m], as it is
     "wine_glass": (0.085, 0.085, 0.2),
     "fork": (0.2, 0.0232, 0.00741),
     "tube": (0.11, 0.11, 0.5),
+    "tank": (0.42, 0.42, 0.36),
     "wheel": (0.5, 0.24, 0.5),
 }
 MASSES = {  # [kg], as it is; what shops say of such things
@@ -46,7 +47,7 @@ UNMEANT = {"overlap", "self-overlap", "under-floor", "on-edge", "falls-for-ever"
 
 
 def resolved(use: dict[str, Any], **scene: Any) -> Resolution:
-    case = {**STAGE, "scene": {**STAGE["scene"], **scene}, "bodies": {"it": use}}
+    case = {**STAGE, "scene": {**STAGE["scene"], "substeps": 2, **scene}, "bodies": {"it": use}}
     return resolve_case(load_text(flow_text(case)))
 
 

@@ -135,7 +135,7 @@ class Liquid(Deformable):
 
     kind: Literal["liquid"]
     shape: FlowShape
-    """The volume that it fills at the start, or a stream."""
+    """The volume that it fills at the start, or a stream. Prefab `tank` holds it behind thin panes of glass."""
     cell: Length | None = None
     """Cell [m] of the grid (one for the scene, the smallest given). Derived by default."""
     material: LiquidMaterial = LiquidMaterial.model_construct()

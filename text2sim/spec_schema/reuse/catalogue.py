@@ -17,7 +17,6 @@ STAGE: dict[str, Any] = {
     "scene": {
         "duration": 2,
         "dt": 0.005,
-        "substeps": 2,
         "statics": {"floor": {"shape": {"kind": "plane", "size": 20}}},
     },
 }
