@@ -18,7 +18,9 @@ Data = dict[str, Any]
 FROZEN_PARTS = ("measures", "events", "expect")
 PLANNER_PARTS = ("params", "waive", "variants", "sweeps", "prefabs", "name", "prompt")
 """Parts of a case that no Writer owns: the Planner patches them."""
-_NAME_RULES = frozenset(f"unknown-{what}" for what in ("attach", "body", "camera", "event", "joint", "link", "measure"))
+_NAME_RULES = frozenset(
+    f"unknown-{what}" for what in ("attach", "body", "camera", "event", "joint", "link", "measure", "spring")
+)
 """Rules about names, which are meaningless while other sections are missing."""
 
 

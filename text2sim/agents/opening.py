@@ -97,7 +97,15 @@ def _opening_faults(opening: Opening, agreement: Agreement, case: str, path: Pat
     before = {(problem.path, problem.rule) for problem in examine(case, path).errors}
     fresh = [one for one in examine(text, path).errors if (one.path, one.rule) not in before]
     # Bodies that a Writer is asked to add do not exist yet.
-    later = {"unknown-body", "unknown-link", "unknown-joint", "no-such-copy", "no-copies", "unknown-attach"}
+    later = {
+        "unknown-body",
+        "unknown-link",
+        "unknown-joint",
+        "no-such-copy",
+        "no-copies",
+        "unknown-attach",
+        "unknown-spring",
+    }
     if any(route.section == "bodies" for route in opening.routes):  # nor are joints as they will be
         later |= {"dead-event", "dead-measure", "cannot-hold", "target-out-of-range"}
     return [

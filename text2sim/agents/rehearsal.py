@@ -32,7 +32,9 @@ MAX_REGIONS = 4
 RESERVED_NAMES = (*sorted({*COPY_VARIABLES, NUMBER}), *sorted(RESERVED))
 """Names that expressions reserve, so that no parameter can have them."""
 MODES = get_args(Mode)
-IGNORED_RULES = frozenset({"unknown-attach", "never-released", "unknown-bond", "not-bonded", "no-domain", "no-thread"})
+IGNORED_RULES = frozenset(
+    {"unknown-attach", "unknown-spring", "never-released", "unknown-bond", "not-bonded", "no-domain", "no-thread"}
+)
 """Rules about parts and shapes that the Writers will add."""
 DEFINITION_RULES = frozenset({"cannot-fail", "cannot-hold", "contradiction", "dead-event"})
 PART_REMEDY = "; name a whole body, or plan the part as a body of its own or as a link of an `articulated` one"
