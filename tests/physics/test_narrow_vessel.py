@@ -1,4 +1,4 @@
-"""Liquid in narrow cans: walls hold up its level only if they are thick enough for the grid to see them."""
+"""Liquid in narrow cans keeps its level, however thick the walls are and wherever they stand between nodes."""
 
 import pytest
 
@@ -9,7 +9,7 @@ pytestmark = pytest.mark.engine
 
 CELL, INNER, DEPTH = 0.02, 0.14, 0.1
 """Cell of the grid, inner width of the cans, and depth of the liquid at the start [m]."""
-CANS = {"thin": (1.0, ""), "thick": (1.15, ""), "felt": (0.8, "material: {soft_reach: 0.009}, ")}
+CANS = {"thin": (0.5, ""), "thick": (1.15, ""), "felt": (0.8, "material: {soft_reach: 0.009}, ")}
 """Thickness of the walls [cells], and what else is given of a can."""
 
 
@@ -26,7 +26,7 @@ def _can(name: str, x: float) -> str:
 
 CASE = f"""
 scene:
-  duration: 0.5
+  duration: 1.5
   statics:
     floor: {{shape: {{kind: plane}}}}
 {chr(10).join(_can(name, 0.24 * (k - 1)) for k, name in enumerate(CANS))}
@@ -38,17 +38,16 @@ bodies:
 )
 
 
-def test_a_liquid_keeps_its_level_between_walls_of_more_than_a_cell(simulate):
+def test_a_liquid_keeps_its_level(simulate):
     """A liquid of constant volume keeps the height of its centre of mass, but for half a cell, as corners fill up.
 
-    Between thinner walls no node of the grid stands still, so that pressure holds nothing up, and the liquid falls into
-    itself: evidence tells that its particles crowd.
+    The walls stand half-way between nodes. Where these are not stopped (templates/solid_walls.py), what is in the thin
+    can falls into itself within half a second.
     """
     trial = simulate(CASE)
     for name in CANS:
         points, _ = rows(trial.states, f"in_{name}")
         height = points[:, :, 2].mean(axis=1)
-        sunk = height[0] - height[-1]
-        crowded = crowding(trial.recording, next(b for b in trial.states.deformables if b.body == f"in_{name}"))
-        assert (crowded is not None) == (name == "thin"), (name, crowded)
-        assert sunk > CELL / 2 if name == "thin" else sunk < CELL / 2, f"{name}: {1000 * sunk:.1f} mm"
+        assert height[0] - height[-1] < CELL / 2, f"{name}: {1000 * (height[0] - height[-1]):.1f} mm"
+        body = next(one for one in trial.states.deformables if one.body == f"in_{name}")
+        assert crowding(trial.recording, body) is None, name

@@ -236,6 +236,7 @@ def _context(plan: Plan) -> dict[str, Any]:
             for name, facts in plan.deformables.items()
             if facts.kind in FLOWING and soft is not None and soft.model == "particle"
         ],
+        "held_up": all(facts.kind == "liquid" for facts in plan.deformables.values() if facts.solver == "mpm"),
         "kept_out_every": max(1, settings.substeps // 4),
         "bending": {name: facts.bending for name, facts in plan.deformables.items() if facts.bending},
         **action_context(plan),

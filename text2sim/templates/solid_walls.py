@@ -5,6 +5,7 @@ floats sinks.
 """
 
 import genesis as gs
+import numpy as np
 import quadrants as qd
 from genesis.engine.solvers.rigid.abd.forward_dynamics import func_vel_at_point
 from genesis.engine.solvers.rigid.abd.misc import func_apply_coupling_force
@@ -12,8 +13,10 @@ from genesis.utils import geom as gu
 from genesis.utils.array_class import GeomsInfo, GeomsState, LinksState, RigidInfo, SDFInfo
 from genesis.utils.sdf import sdf_func_normal_world, sdf_func_world
 
+SUPPORTED = 0.56  # cells between a wall and a node that it holds up
 
-def keep_out(entities, every):
+
+def keep_out(entities, every, held_up=False):
     """Move particles out of rigid bodies at every so many substeps of the built scene.
 
     The first time, they are only moved: what starts on a floor would burst if its lowest layer began squeezed, and snow
@@ -22,7 +25,10 @@ def keep_out(entities, every):
     Args:
         entities: Liquids, grains and snow.
         every: Substeps from one time to the next.
+        held_up: Whether they are liquids, which rest on the nodes at walls that never move.
     """
+    if held_up:
+        _hold_up(entities[0].sim)
     solver, rigid = entities[0].solver, entities[0].sim.rigid_solver
     state, facts, collider = rigid.dyn_state, rigid.dyn_info, rigid.collider
     substep, ranges = solver.substep_post_coupling, [(one.particle_start, one.particle_end) for one in entities]
@@ -41,6 +47,57 @@ def keep_out(entities, every):
             share = 1.0
 
     solver.substep_post_coupling = kept
+
+
+def _hold_up(sim):
+    """Let no node near a wall that never moves flow into it.
+
+    Particles rest a quarter of a cell and more from a wall. Those at a node that the wall does not stop ride on it, and
+    the pressure of the few behind it hardly acts on it: a liquid sinks into that layer by millimetres a second, unless
+    its walls stand at nodes. With these nodes stopped, it keeps its level wherever they stand.
+    """
+    mpm, rigid, coupler = sim.mpm_solver, sim.rigid_solver, sim.coupler
+    state, facts, collider = rigid.dyn_state, rigid.dyn_info, rigid.collider
+    still = qd.field(gs.qd_int, shape=max(1, len(rigid.geoms)))
+    still.from_numpy(np.array([geom.link.is_fixed for geom in rigid.geoms] or [False], dtype=np.int32))
+    grid_step, corner = coupler.mpm_grid_op, [int(x) for x in mpm.grid_offset]
+
+    def step(f, *args, **options):
+        grid_step(f, *args, **options)
+        _stop_nodes(
+            mpm.grid, still, f, *corner, mpm.dx, state.geoms, facts.geoms, collider.sdf.sdf_info, rigid.rigid_info,
+            collider.collider_config,
+        )  # fmt: skip
+
+    coupler.mpm_grid_op = step
+
+
+@qd.kernel
+def _stop_nodes(
+    grid: qd.template(),
+    still: qd.template(),
+    f: qd.i32,
+    x: qd.i32,
+    y: qd.i32,
+    z: qd.i32,
+    dx: qd.f32,
+    geoms_state: GeomsState,
+    geoms_info: GeomsInfo,
+    sdf_info: SDFInfo,
+    rigid_info: RigidInfo,
+    collider_static_config: qd.template(),
+):
+    for ii, jj, kk in qd.ndrange(*grid.shape[1:4]):
+        if grid[f, ii, jj, kk, 0].mass > gs.EPS:
+            pos = qd.Vector([ii + x, jj + y, kk + z]) * dx
+            for g in range(geoms_info.needs_coup.shape[0]):
+                if geoms_info.needs_coup[g] and still[g]:
+                    distance, normal = surface_at(
+                        g, pos, SUPPORTED * dx, geoms_state, geoms_info, sdf_info, rigid_info, collider_static_config
+                    )
+                    if distance < SUPPORTED * dx:
+                        into = grid[f, ii, jj, kk, 0].vel_out.dot(normal)
+                        grid[f, ii, jj, kk, 0].vel_out -= qd.min(into, 0.0) * normal
 
 
 @qd.kernel

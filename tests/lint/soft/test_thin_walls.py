@@ -77,7 +77,9 @@ def test_a_thin_link_is_named(tmp_path: Path) -> None:
     [
         ("liquid", 0.022, ""),
         ("granular", 0.022, ""),
-        ("liquid", 0.016, "`a` loses its level behind it"),
+        ("granular", 0.016, "`a` loses its level behind it"),
+        ("liquid", 0.011, ""),
+        ("liquid", 0.009, "`a` loses its level behind it"),
         ("soft", 0.006, "`a` is pushed through it"),
         ("soft", 0.026, ""),
         ("liquid", 0.005, "`a` loses its level behind it"),

@@ -36,6 +36,8 @@ HOLDING_CELLS, LEAKING_CELLS, PUSHING_CELLS = 1.1, 0.3, 0.5
 """Thickness [cells] of a wall at rest that holds up what flows, of a post that lets no particle through, and of a wall
 that moves. Particles are moved out of rigid bodies (templates/solid_walls.py): benchmarks/soft_leaks.py,
 tests/physics/test_solid_walls.py. But pressure needs nodes that stand still: tests/physics/test_narrow_vessel.py."""
+HELD_UP_CELLS = 0.5
+"""The same of a wall that holds liquids alone, whose nodes at such walls are stopped: 0.5 and 1.15 cells held alike."""
 MIN_NECK_CELLS = 2.5
 """Smallest radius [cells] of an opening: sand ran steadily through 2.6."""
 
@@ -115,7 +117,8 @@ def _wanted_cells(facts: Facts, copy: Copy, body: Any) -> tuple[float, str, str]
     if not facts.moves(copy):
         if body.kind in FLOWING:
             if any(not _is_post(part.piece) for part in facts.parts(copy)):
-                return HOLDING_CELLS, "the grid does not see thinner walls", SINKS
+                liquids = all(one.kind == "liquid" for one in facts.plan.deformables.values() if one.solver == "mpm")
+                return HELD_UP_CELLS if liquids else HOLDING_CELLS, "the grid does not see thinner walls", SINKS
             return LEAKING_CELLS, "particles pass through thinner posts", then
         return HIT_WALL_CELLS, "soft bodies that hit thinner walls pass through them", then
     if mount == "tree":  # what passes through thin limbs and ropes is not visible
@@ -168,8 +171,9 @@ a plate of 1.3 cells, 164 one of 1.9; 40 were some millimetres in one of 2.9, an
 motor or a prescribed motion presses on soft bodies should be {LOADED_WALL_CELLS:g} cells thick, and is an error below
 {LEAKING_WALL_CELLS:g}; a body on top of them {ON_TOP:g}; a wall that soft bodies may hit {HIT_WALL_CELLS:g}: at 4 m/s a
 cube passed through 1.2 cells. Particles of liquids, grains and snow are moved out of rigid bodies, so that they do not
-leak through {LEAKING_CELLS:g} cells. But between walls of a cell or less no node of the grid stands still: pressure
-holds nothing up there, and what they contain falls into itself. Walls at rest need {HOLDING_CELLS:g} cells,
+leak through {LEAKING_CELLS:g} cells. Liquids also rest on the nodes at walls that never move: {HELD_UP_CELLS:g} cells
+hold their level. With grains, snow or soft bodies in the scene, no node stands still between walls of a cell or less:
+pressure holds nothing up there, and what they contain falls into itself. Such walls need {HOLDING_CELLS:g} cells,
 and {PUSHING_CELLS:g} if they push. What is driven
 through a body with a `tear_stretch` cuts it with `1.5 + 5 (tear_stretch - 1)` cells; the body closes behind less.""",
         remedy="""\
