@@ -64,6 +64,8 @@ def test_ends_of_springs_go_with_their_links(folder):
     layout.write_text(json.dumps(json.loads(layout.read_text()) | {"springs": [spring]}))
     (ends,) = States(folder).spring_ends(1.0)
     np.testing.assert_allclose(ends, [[0, 1, 1], [1, 0, 0.5]], atol=1e-9)
+    (folder / "states" / "removed.json").write_text(json.dumps({"brick[0]": 0.5}))
+    assert np.isnan(States(folder).spring_ends(1.0)).all()
 
 
 def test_bounds_of_patterns_and_of_parts_of_compounds(folder):

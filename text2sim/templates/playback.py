@@ -120,13 +120,15 @@ class States:
         return pos, slerp(self._quat[i].astype(float), self._quat[j].astype(float), w)
 
     def spring_ends(self, t: float) -> np.ndarray:
-        """Ends of all springs at a time [m], shape (n, 2, 3), in the order of the layout."""
+        """Ends of all springs at a time [m], shape (n, 2, 3), as in the layout; nan once a body is removed."""
         rows = self.layout.get("springs", [])
         if not rows:
             return np.zeros((0, 2, 3))
         pos, quat = (np.asarray(values, dtype=float) for values in self.poses(t))
         links, points = np.array([row["links"] for row in rows]), np.array([row["points"] for row in rows], dtype=float)
-        return pos[links] + _turned(quat[links], points)
+        ends = pos[links] + _turned(quat[links], points)
+        ends[self.gone(t)[links].any(axis=1)] = np.nan
+        return ends
 
     def bounds(self, bodies: list[str], t: float) -> np.ndarray:
         """Outermost points of the visible surfaces of bodies [m], shape (n, 3).
