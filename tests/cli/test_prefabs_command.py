@@ -22,7 +22,7 @@ def test_all_are_listed_with_their_first_sentence(cli: Cli):
     answer = cli("prefabs")
     assert answer.code == 0
     assert "wine_glass   A wine glass on a stem\n" in answer.out
-    assert len(answer.out.splitlines()) == 19
+    assert len(answer.out.splitlines()) == 20
 
 
 def test_one_is_described_with_its_parameters_and_an_example(cli: Cli):
