@@ -22,7 +22,6 @@ CHAIR = {
         },
     },
 }
-SPRING = {"kind": "spring", "body": "ball", "to": "floor", "stiffness": 20}
 BOX = {"kind": "box", "min": [-1, -1, -1], "max": [1, 1, 1]}
 
 FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
@@ -132,13 +131,6 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
         None,
         {CONTROL: {"kind": "attach", "body": "brick", "to": "brick[${i + 1}]"}},
     ),
-    ("not-dynamic", f"{CONTROL}/body", None, {CONTROL: SPRING | {"body": "floor", "to": "post[0]"}}),
-    ("itself", f"{CONTROL}/to", None, {CONTROL: SPRING | {"to": "ball"}}),
-    ("pairs", f"{CONTROL}/to", None, {CONTROL: SPRING | {"body": "brick", "to": "hook"}}),
-    ("no-world", f"{CONTROL}/to", None, {CONTROL: SPRING | {"to": "world"}}),
-    ("soft-spring", f"{CONTROL}/body", None, {CONTROL: SPRING | {"body": "curtain"}}),
-    ("unknown-spring", f"{MEASURE}/spring", "bungee", {MEASURE: {"kind": "spring_force", "spring": "bunge"}}),
-    ("unknown-spring", f"{MEASURE}/spring", None, {MEASURE: {"kind": "spring_force", "spring": "grip"}}),
     (
         "unknown-attach",
         f"{CONTROL}/attach",
@@ -349,8 +341,6 @@ SILENT: list[dict[str, Any]] = [
     {"/bodies/chair": CHAIR, MEASURE: {"kind": "contact_force", "of": ["chair.seat", "ball"], "by": "brick[2]"}},
     {EVENT: {"kind": "joint_limit", "of": "hook"}},
     {CONTROL: {"kind": "attach", "body": "brick", "to": "ball"}},
-    {CONTROL: SPRING | {"body": "arm.hand", "to": "arm.base"}},
-    {CONTROL: SPRING | {"body": "brick", "to": "brick[${(i + 1) % n}]"}},
     {CONTROL: {"kind": "attach", "body": "brick[0:8]", "to": "hook"}},
     {CONTROL: {"kind": "attach", "body": "brick", "to": "brick[${(i + 1) % n}]"}},
     {CONTROL: {"kind": "initial_velocity", "body": "doll", "linear": [1, 0, 0]}},

@@ -203,11 +203,12 @@ def _springs(
 ) -> None:
     pointer = ("actions", "controls", name)
     varies, line = loaded.varies(pointer), loaded.line(pointer)
-    for copy in select(control.body, copies)[0]:
-        own = loaded.control_copy(name, copy.variables) if varies else control
+    chosen: list[Copy | None] = [*select(control.body, copies)[0]] if varies else [None]
+    for copy in chosen:
+        own = control if copy is None else loaded.control_copy(name, copy.variables)
         assert isinstance(own, Spring)
         for a, b in _pairs(own, copies):
-            if a is not copy:
+            if copy is not None and a is not copy:
                 continue
             ends: list[tuple[str, str | None, Vec]] = []
             for one, selector, key in ((a, own.body, "point"), (b, own.to, "to_point")):

@@ -43,7 +43,12 @@ class Springs:
 
     def __init__(self, scene, bodies, springs, dt, gone=()):
         self.solver, self.gone = scene.rigid_solver, gone
-        self.rows, self.lengths = springs, np.array([np.nan if s.length is None else s.length for s in springs])
+        self.rows = springs
+        self.stiffness, self.damping, self.pulls_only, self.starts, self.stops = (
+            np.array([getattr(s, name) for s in springs])
+            for name in ("stiffness", "damping", "pulls_only", "start", "end")
+        )
+        self.lengths = np.array([np.nan if s.length is None else s.length for s in springs])
         ends = [[(bodies[s.a], s.a_link) for s in springs], [(bodies[s.b], s.b_link) for s in springs]]
         self.links = np.array([[_link(body, name) for body, name in side] for side in ends])
         self.points = np.array([[s.a_point for s in springs], [s.b_point for s in springs]])
@@ -65,15 +70,12 @@ class Springs:
     def __call__(self, t):
         """Prepare the step that begins at t [s]."""
         now = t + 1e-9  # rounding must not exclude a step that begins at the start of a span
-        active = [
-            k for k, s in enumerate(self.rows)
-            if s.start <= now < s.end and not any(link in self.gone for link in self.links[:, k])
-        ]  # fmt: skip
-        if not active:
+        acting = (self.starts <= now) & (now < self.stops)
+        if self.gone:
+            acting &= ~np.isin(self.links, list(self.gone)).any(axis=0)
+        active = np.flatnonzero(acting)
+        if not len(active):
             return
-        stiffness, damping, pulls_only = (
-            np.array([getattr(self.rows[k], name) for k in active]) for name in ("stiffness", "damping", "pulls_only")
-        )
         arms, ends, velocities, turning = self._ends(active)
         between = ends[1] - ends[0]
         distance = np.linalg.norm(between, axis=1)
@@ -83,8 +85,8 @@ class Springs:
         new = np.isnan(self.lengths[active])
         self.lengths[active] = np.where(new, distance, self.lengths[active])
         stretch = distance + expected - self.lengths[active]
-        pull = stiffness * stretch + damping * growth
-        pull = np.where(pulls_only, np.where(stretch > 0.0, np.maximum(pull, 0.0), 0.0), pull)
+        pull = self.stiffness[active] * stretch + self.damping[active] * growth
+        pull = np.where(self.pulls_only[active], np.where(stretch > 0.0, np.maximum(pull, 0.0), 0.0), pull)
         forces = np.stack([pull[:, None] * along, -pull[:, None] * along])
         self.solver.apply_links_external_wrench(
             force=forces.reshape(-1, 3),

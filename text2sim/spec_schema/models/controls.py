@@ -215,7 +215,7 @@ class Spring(Acting):
     form: Literal["coil", "cord"] = "coil"
     """A `coil` also pushes. A `cord`, such as a rubber band, does not, and hangs slack between ends that are near."""
     radius: Positive | None = None
-    """Radius [m] of the coil or cord as it is drawn; by default some of its length."""
+    """Radius [m] of the coil or cord as it is drawn; by default 0.09 of its length, or 0.012 of a cord's."""
     color: Color | None = None
     """By default that of steel, or of rubber."""
     during: Window | None = None
