@@ -17,6 +17,7 @@ from text2sim.compiler.literal import Code, comment, identifier, literal
 from text2sim.compiler.plan import EntityPlan, Group, Plan, Surface
 from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.soft.setup import SoftSettings
+from text2sim.compiler.soft.solvers import holds_up
 from text2sim.spec_schema.errors import MachineError
 from text2sim.spec_schema.models.soft_bodies import FLOWING
 from text2sim.spec_schema.whole_files import naming
@@ -236,7 +237,7 @@ def _context(plan: Plan) -> dict[str, Any]:
             for name, facts in plan.deformables.items()
             if facts.kind in FLOWING and soft is not None and soft.model == "particle"
         ],
-        "held_up": all(facts.kind == "liquid" for facts in plan.deformables.values() if facts.solver == "mpm"),
+        "held_up": holds_up(facts.kind for facts in plan.deformables.values() if facts.solver == "mpm"),
         "kept_out_every": max(1, settings.substeps // 4),
         "bending": {name: facts.bending for name, facts in plan.deformables.items() if facts.bending},
         **action_context(plan),

@@ -94,8 +94,8 @@ _SIGNS: tuple[tuple[str, _Bad, str], ...] = (
     (
         "crowding",
         lambda value, row, spacing: value > MAX_CROWDING,
-        "is pressed together to {value:.2g} times its density, so its levels and what it displaces are wrong (a "
-        "vessel that moves, or shared with grains, snow or soft bodies, needs walls of more than a cell: `thin-wall`)",
+        "is pressed together to {value:.2g} times its density, so its levels and what it displaces are wrong (the "
+        "walls of a vessel that moves, or holds grains or snow too, need a cell and more: `thin-wall`)",
     ),
     (
         "leaked",

@@ -70,3 +70,12 @@ def contact_model(bodies: Iterable[Body], scene: Scene) -> str:
     if "fem" in solvers:
         return "sap"
     return "particle" if solvers else "rigid"
+
+
+def holds_up(kinds: Iterable[str]) -> bool:
+    """Return whether the nodes of the grid near walls are stopped, so that liquids keep their level.
+
+    Args:
+        kinds: Of all mpm bodies of the scene. Grains and snow rub against walls at those nodes.
+    """
+    return set(kinds) <= {"liquid", "soft"}

@@ -7,7 +7,7 @@ from typing import Any
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.soft.scales import thickness
-from text2sim.compiler.soft.solvers import unfelt_links
+from text2sim.compiler.soft.solvers import holds_up, unfelt_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftFacts
@@ -36,8 +36,9 @@ HOLDING_CELLS, LEAKING_CELLS, PUSHING_CELLS = 1.1, 0.3, 0.5
 """Thickness [cells] of a wall at rest that holds up what flows, of a post that lets no particle through, and of a wall
 that moves. Particles are moved out of rigid bodies (templates/solid_walls.py): benchmarks/soft_leaks.py,
 tests/physics/test_solid_walls.py. But pressure needs nodes that stand still: tests/physics/test_narrow_vessel.py."""
-HELD_UP_CELLS = 0.5
-"""The same of a wall that holds liquids alone, whose nodes at such walls are stopped: 0.5 and 1.15 cells held alike."""
+HELD_UP_CELLS, MOVED_CELLS = 0.5, 0.8
+"""The same of a wall at rest, and of a free one or one with a motor, in scenes without grains and snow, where the nodes
+at walls are stopped: at rest 0.5 and 1.15 cells held alike; cans with a motor held with 0.8 and burst with 0.5."""
 MIN_NECK_CELLS = 2.5
 """Smallest radius [cells] of an opening: sand ran steadily through 2.6."""
 
@@ -108,21 +109,27 @@ def _is_post(piece: Piece) -> bool:
 def _wanted_cells(facts: Facts, copy: Copy, body: Any) -> tuple[float, str, str]:
     """Return how many cells thick a rigid copy should be beside an mpm body, why, and what the body does otherwise."""
     mount, then = facts.mount(copy), LEAKS if body.kind in FLOWING else PUSHED
+    held_up = body.kind == "liquid" and holds_up(
+        one.kind for one in facts.plan.deformables.values() if one.solver == "mpm"
+    )
     moved = "it is driven" if mount == "driven" else "a motor moves it"
     if mount == "driven" or any(motor.entity == copy.name for motor in facts.plan.motors):
         if getattr(body.material, "tear_stretch", None) is not None:
             least, more = CUTTING_CELLS
             return least + more * (body.material.tear_stretch - 1), moved, CLOSES
+        if held_up and mount != "driven":
+            return MOVED_CELLS, moved, then
         return PUSHING_CELLS if body.kind in FLOWING else LOADED_WALL_CELLS, moved, then
     if not facts.moves(copy):
         if body.kind in FLOWING:
             if any(not _is_post(part.piece) for part in facts.parts(copy)):
-                liquids = all(one.kind == "liquid" for one in facts.plan.deformables.values() if one.solver == "mpm")
-                return HELD_UP_CELLS if liquids else HOLDING_CELLS, "the grid does not see thinner walls", SINKS
+                return HELD_UP_CELLS if held_up else HOLDING_CELLS, "the grid does not see thinner walls", SINKS
             return LEAKING_CELLS, "particles pass through thinner posts", then
         return HIT_WALL_CELLS, "soft bodies that hit thinner walls pass through them", then
     if mount == "tree":  # what passes through thin limbs and ropes is not visible
         return 0.0, "", then
+    if held_up:
+        return MOVED_CELLS, "the body presses on it", then
     return ON_TOP, "it may lie on the body" if facts.free(copy) else "the body presses on it", then
 
 
@@ -171,8 +178,9 @@ a plate of 1.3 cells, 164 one of 1.9; 40 were some millimetres in one of 2.9, an
 motor or a prescribed motion presses on soft bodies should be {LOADED_WALL_CELLS:g} cells thick, and is an error below
 {LEAKING_WALL_CELLS:g}; a body on top of them {ON_TOP:g}; a wall that soft bodies may hit {HIT_WALL_CELLS:g}: at 4 m/s a
 cube passed through 1.2 cells. Particles of liquids, grains and snow are moved out of rigid bodies, so that they do not
-leak through {LEAKING_CELLS:g} cells. Liquids also rest on the nodes at walls that never move: {HELD_UP_CELLS:g} cells
-hold their level. With grains, snow or soft bodies in the scene, no node stands still between walls of a cell or less:
+leak through {LEAKING_CELLS:g} cells. Liquids also rest on the nodes at walls: {HELD_UP_CELLS:g} cells
+hold their level, and {MOVED_CELLS:g} if a motor moves them or they are free. With grains or snow in the scene, no node
+is stopped between walls of a cell or less:
 pressure holds nothing up there, and what they contain falls into itself. Such walls need {HOLDING_CELLS:g} cells,
 and {PUSHING_CELLS:g} if they push. What is driven
 through a body with a `tear_stretch` cuts it with `1.5 + 5 (tear_stretch - 1)` cells; the body closes behind less.""",
