@@ -43,16 +43,17 @@ bodies:
 
 
 def test_a_liquid_keeps_its_level(simulate):
-    """A liquid of constant volume keeps the height of its centre of mass, but for half a cell, as corners fill up.
+    """A liquid of constant volume keeps the height of its centre of mass, but for a quarter of a cell, as corners fill up.
 
     The walls stand half-way between nodes. Where these are not stopped (templates/solid_walls.py), what is in the thin
-    can falls into itself within half a second.
+    can falls into itself within half a second. Where the volume of particles is integrated from velocities alone
+    (templates/liquid_volume.py), the lowest layer of a can grows denser, and the centre falls by 3 mm a second.
     """
     trial = simulate(CASE)
     for name in CANS:
         points, _ = rows(trial.states, f"in_{name}")
         height = points[:, :, 2].mean(axis=1)
-        assert height[0] - height[-1] < CELL / 2, f"{name}: {1000 * (height[0] - height[-1]):.1f} mm"
+        assert height[0] - height[-1] < CELL / 4, f"{name}: {1000 * (height[0] - height[-1]):.1f} mm"
         body = next(one for one in trial.states.deformables if one.body == f"in_{name}")
         assert crowding(trial.recording, body) is None, name
 
@@ -81,7 +82,7 @@ bodies:
 
 
 def test_a_liquid_keeps_its_level_in_a_vessel_that_moves(simulate):
-    """The top stays, and the centre of mass falls by less than half a cell.
+    """Top and centre of mass stay where they are, but for a quarter of a cell.
 
     Where the nodes at walls that move are not stopped, the top falls by 10 mm and the centre by 15.
     """
@@ -90,5 +91,5 @@ def test_a_liquid_keeps_its_level_in_a_vessel_that_moves(simulate):
         points, _ = rows(trial.states, f"in_{name}")
         top, height = np.percentile(points[:, :, 2], 98, axis=1), points[:, :, 2].mean(axis=1)
         assert abs(top[-1] - top[0]) < CELL / 4, f"{name}: {1000 * (top[-1] - top[0]):.1f} mm"
-        assert height[0] - height[-1] < CELL / 2, f"{name}: {1000 * (height[0] - height[-1]):.1f} mm"
+        assert abs(height[0] - height[-1]) < CELL / 4, f"{name}: {1000 * (height[0] - height[-1]):.1f} mm"
     assert rows(trial.states, "in_pushed")[0][-1, :, 0].mean() > 0.07, "the can takes it along"

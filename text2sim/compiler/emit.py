@@ -128,6 +128,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
     copied += ["gas.py"] if context["gases"] else []
     copied += ["flows.py"] if context["streams"] else []
     copied += ["solid_walls.py"] if context["flowing"] or context["adhesions"] else []
+    copied += ["liquid_volume.py"] if context["liquids"] else []
     copied += ["adhesion.py"] if context["adhesions"] else []
     copied += ["bending.py"] if context["bending"] else []
     files |= {name: (TEMPLATES / name).read_bytes() for name in copied} | dict(plan.files)
@@ -238,6 +239,12 @@ def _context(plan: Plan) -> dict[str, Any]:
             if facts.kind in FLOWING and soft is not None and soft.model == "particle"
         ],
         "held_up": holds_up(facts.kind for facts in plan.deformables.values() if facts.solver == "mpm"),
+        "liquids": [name for name, facts in plan.deformables.items() if facts.kind == "liquid"],
+        "mpm_densities": {
+            entity.name: entity.material_options["rho"]
+            for entity in plan.entities
+            if entity.soft is not None and entity.soft.solver == "mpm"
+        },
         "kept_out_every": max(1, settings.substeps // 4),
         "bending": {name: facts.bending for name, facts in plan.deformables.items() if facts.bending},
         **action_context(plan),

@@ -1,0 +1,165 @@
+"""Keeps the volume of liquids.
+
+Genesis 1.4.5 integrates the volume of a particle from velocities alone and never compares it with the particles that
+are there: a liquid that splashes stays foam of half its density, and one that rests is pressed together at its bottom.
+A lone particle's velocity gradient, which nothing damps, grew until it threw the particle away or gave nan.
+"""
+
+import genesis as gs
+import numpy as np
+import quadrants as qd
+from genesis.utils.array_class import GeomsInfo, GeomsState, RigidInfo, SDFInfo
+from solid_walls import surface_at
+
+RELAXATION = 0.3  # s, in which the volume of a particle follows that of its surroundings
+TOLERATED = 0.05  # by which a liquid may be denser: particles are never spread evenly
+TENSION = 1.05  # largest volume, by that at rest: more of it pulls drops together, and nothing holds it back
+LONE = 0.2  # of its density at rest, below which a drop has neither pressure nor shear
+
+
+def keep_volume(bodies, densities, liquids, every):
+    """Let the volume of each particle of a liquid follow what is there, at every so many substeps of the built scene.
+
+    Args:
+        bodies: Copy name -> entity.
+        densities: Copy name -> density [kg/m3] at rest, of all mpm bodies.
+        liquids: Names of the liquids among them.
+        every: Substeps from one time to the next.
+    """
+    sim = bodies[liquids[0]].sim
+    mpm, rigid = sim.mpm_solver, sim.rigid_solver
+    state, facts, collider = rigid.dyn_state, rigid.dyn_info, rigid.collider
+    density = np.ones(mpm.n_particles, dtype=np.float32)
+    for name, value in densities.items():
+        density[bodies[name].particle_start : bodies[name].particle_end] = value * mpm.particle_volume_scale
+    own, filled = qd.field(gs.qd_float, shape=mpm.n_particles), qd.field(gs.qd_float, shape=tuple(mpm.grid_res))
+    own.from_numpy(density)
+    ranges = [(bodies[name].particle_start, bodies[name].particle_end) for name in liquids]
+    substep, corner = mpm.substep_post_coupling, [int(x) for x in mpm.grid_offset]
+
+    def kept(f):
+        substep(f)
+        if sim.cur_substep_global % every == 0:
+            filled.fill(0.0)
+            _fill(mpm.particles, mpm.particles_ng, mpm.particles_info, own, filled, f + 1, *corner, mpm.dx)
+            for first, last in ranges:
+                _follow(
+                    mpm.particles, mpm.particles_ng, filled, f + 1, first, last, *corner, mpm.dx,
+                    min(1.0, mpm.substep_dt * every / RELAXATION), state.geoms, facts.geoms, collider.sdf.sdf_info,
+                    rigid.rigid_info, collider.collider_config,
+                )  # fmt: skip
+
+    mpm.substep_post_coupling = kept
+
+
+@qd.func
+def _weights(pos, dx):
+    """Return the first of the 3 x 3 x 3 nodes around a point, its distance from it [cells], and their weights."""
+    base = qd.floor(pos / dx - 0.5).cast(gs.qd_int)
+    away = pos / dx - base.cast(gs.qd_float)
+    return base, away, [0.5 * (1.5 - away) ** 2, 0.75 - (away - 1) ** 2, 0.5 * (away - 0.5) ** 2]
+
+
+@qd.func
+def _in_front(x):
+    """Return the part of a node's quadratic B-spline that lies in front of a plane, x cells away."""
+    x = qd.min(qd.max(x, -1.5), 1.5)
+    part = 0.5 + 0.75 * x - x**3 / 3.0
+    if x < -0.5:
+        part = (1.5 + x) ** 3 / 6.0
+    elif x > 0.5:
+        part = 1.0 - (1.5 - x) ** 3 / 6.0
+    return part
+
+
+@qd.kernel
+def _fill(
+    particles: qd.template(),
+    flags: qd.template(),
+    info: qd.template(),
+    density: qd.template(),
+    filled: qd.template(),
+    f: qd.i32,
+    x: qd.i32,
+    y: qd.i32,
+    z: qd.i32,
+    dx: qd.f32,
+):
+    """Add the volumes [m3] of all particles to the nodes around them."""
+    for i in range(density.shape[0]):
+        if flags[f, i, 0].active:
+            base, _, w = _weights(particles[f, i, 0].pos, dx)
+            for offset in qd.static(qd.grouped(qd.ndrange(3, 3, 3))):
+                weight = w[offset[0]][0] * w[offset[1]][1] * w[offset[2]][2]
+                filled[base - qd.Vector([x, y, z]) + offset] += weight * info[i].mass / density[i]
+
+
+@qd.kernel
+def _follow(
+    particles: qd.template(),
+    flags: qd.template(),
+    filled: qd.template(),
+    f: qd.i32,
+    first: qd.i32,
+    last: qd.i32,
+    x: qd.i32,
+    y: qd.i32,
+    z: qd.i32,
+    dx: qd.f32,
+    rate: qd.f32,
+    geoms_state: GeomsState,
+    geoms_info: GeomsInfo,
+    sdf_info: SDFInfo,
+    rigid_info: RigidInfo,
+    collider_static_config: qd.template(),
+):
+    """Compare how full the nodes around a particle are with the room that walls leave there.
+
+    A particle that is rarer than its pressure says loses the pressure; one that is denser gains it.
+    """
+    for i in range(first, last):
+        if flags[f, i, 0].active:
+            pos = particles[f, i, 0].pos
+            walls, count = qd.Matrix.zero(gs.qd_float, 3, 4), 0  # nearest planes in different directions: normal, distance
+            for g in range(geoms_info.needs_coup.shape[0]):
+                if geoms_info.needs_coup[g]:
+                    distance, normal = surface_at(
+                        g, pos, 3.0 * dx, geoms_state, geoms_info, sdf_info, rigid_info, collider_static_config
+                    )
+                    if distance < 3.0 * dx:
+                        at = qd.min(count, 3)
+                        for k in qd.static(range(3)):
+                            known = walls[k, 0] * normal[0] + walls[k, 1] * normal[1] + walls[k, 2] * normal[2]
+                            if k < count and known > 0.7:
+                                at = k
+                        for k in qd.static(range(3)):
+                            if k == at and (k == count or distance < walls[k, 3]):
+                                for j in qd.static(range(3)):
+                                    walls[k, j] = normal[j]
+                                walls[k, 3] = distance
+                        if at == count:
+                            count += 1
+            base, away, w = _weights(pos, dx)
+            volume, room = 0.0, 0.0
+            for offset in qd.static(qd.grouped(qd.ndrange(3, 3, 3))):
+                part = 1.0
+                for k in qd.static(range(3)):
+                    if k < count:
+                        distance = walls[k, 3] / dx
+                        for j in qd.static(range(3)):
+                            distance += walls[k, j] * (offset[j] - away[j])
+                        part *= _in_front(distance) if distance > 0.0 else 0.0
+                if part > 0.0:
+                    weight = w[offset[0]][0] * w[offset[1]][1] * w[offset[2]][2]
+                    volume += weight * filled[base - qd.Vector([x, y, z]) + offset]
+                    room += weight * part
+            fullness = volume / qd.max(room, 0.05) / dx**3
+            J = qd.min(particles[f, i, 0].F.determinant(), TENSION)
+            if fullness < LONE:
+                J = 1.0
+                particles[f, i, 0].C = qd.Matrix.zero(gs.qd_float, 3, 3)
+            else:
+                wanted = qd.min(1.0 / fullness, qd.max(J, 1.0))
+                if wanted > J or wanted < J - TOLERATED:
+                    J += rate * (wanted - J)
+            particles[f, i, 0].F = qd.Matrix.identity(gs.qd_float, 3) * qd.pow(qd.max(J, 0.1), 1.0 / 3.0)
