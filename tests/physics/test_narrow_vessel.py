@@ -59,7 +59,8 @@ def test_a_liquid_keeps_its_level(simulate):
 
 
 BASE = f"base: {{shape: {{kind: box, size: [{INNER + 0.03}, {INNER + 0.03}, 0.04]}}, pose: {{pos: [0, 0, -0.02]}}}}"
-MOVED = f"""
+MOVED = (
+    f"""
 scene: {{duration: 1.2, statics: {{floor: {{shape: {{kind: plane}}}}}}}}
 bodies:
   pushed:
@@ -72,13 +73,16 @@ bodies:
     shape: {_shape(1.15, BASE)}
     pose: {{pos: [0.003, 0.304, 0.0401]}}
     material: {{density: 600}}
-""" + "".join(
-    f"  in_{name}: {{kind: liquid, cell: {CELL}, shape: {{kind: box, size: [{INNER - 2e-4}, {INNER - 2e-4}, {DEPTH}]}},"
-    f" pose: {{pos: [0.003, {y}, {z + DEPTH / 2 + 1e-4}]}}}}\n"
-    for name, y, z in (("pushed", 0.004, 0.046), ("free", 0.304, 0.0401))
-) + """actions:
+"""
+    + "".join(
+        f"  in_{name}: {{kind: liquid, cell: {CELL}, shape: {{kind: box, size: [{INNER - 2e-4}, {INNER - 2e-4}, {DEPTH}]}},"
+        f" pose: {{pos: [0.003, {y}, {z + DEPTH / 2 + 1e-4}]}}}}\n"
+        for name, y, z in (("pushed", 0.004, 0.046), ("free", 0.304, 0.0401))
+    )
+    + """actions:
   controls: {move: {kind: drive, joint: pushed, velocity: {kind: ramp, from: 0, to: 0.1, start: 0.3, end: 0.5}}}
 """
+)
 
 
 def test_a_liquid_keeps_its_level_in_a_vessel_that_moves(simulate):

@@ -120,7 +120,8 @@ def _follow(
     for i in range(first, last):
         if flags[f, i, 0].active:
             pos = particles[f, i, 0].pos
-            walls, count = qd.Matrix.zero(gs.qd_float, 3, 4), 0  # nearest planes in different directions: normal, distance
+            # Normal and distance of the nearest plane in each of three directions.
+            walls, count = qd.Matrix.zero(gs.qd_float, 3, 4), 0
             for g in range(geoms_info.needs_coup.shape[0]):
                 if geoms_info.needs_coup[g]:
                     distance, normal = surface_at(

@@ -25,7 +25,7 @@ def keep_out(entities, every, held_up=False):
     Args:
         entities: Liquids, grains and snow.
         every: Substeps from one time to the next.
-        held_up: Whether they are liquids, which rest on the nodes at walls that never move.
+        held_up: Whether they are liquids, which rest on the nodes at walls.
     """
     if held_up:
         _hold_up(entities[0].sim)
@@ -50,23 +50,33 @@ def keep_out(entities, every, held_up=False):
 
 
 def _hold_up(sim):
-    """Let no node near a wall that never moves flow into it.
+    """Let no node near a wall flow into it.
 
     Particles rest a quarter of a cell and more from a wall. Those at a node that the wall does not stop ride on it, and
     the pressure of the few behind it hardly acts on it: a liquid sinks into that layer by millimetres a second, unless
     its walls stand at nodes. With these nodes stopped, it keeps its level wherever they stand.
+
+    A free body is a vessel only within its bounding box. On its outside it may float, and would by such nodes displace
+    a quarter of a cell too much on every side.
     """
     mpm, rigid, coupler = sim.mpm_solver, sim.rigid_solver, sim.coupler
     state, facts, collider = rigid.dyn_state, rigid.dyn_info, rigid.collider
-    still = qd.field(gs.qd_int, shape=max(1, len(rigid.geoms)))
-    still.from_numpy(np.array([geom.link.is_fixed for geom in rigid.geoms] or [False], dtype=np.int32))
+    reach = np.full((2, max(1, len(rigid.geoms)), 3), np.inf, dtype=np.float32)
+    reach[0] = -np.inf
+    for link in rigid.links:
+        if link.geoms and any(joint.type is gs.JOINT_TYPE.FREE for joint in link.entity.joints):
+            corners = [gu.transform_by_trans_quat(one.init_verts, one.init_pos, one.init_quat) for one in link.geoms]
+            for geom in link.geoms:
+                reach[:, geom.idx] = np.min(np.concatenate(corners), axis=0), np.max(np.concatenate(corners), axis=0)
+    inside = qd.Vector.field(3, gs.qd_float, shape=reach.shape[:2])
+    inside.from_numpy(reach)
     grid_step, corner = coupler.mpm_grid_op, [int(x) for x in mpm.grid_offset]
 
     def step(f, *args, **options):
         grid_step(f, *args, **options)
         _stop_nodes(
-            mpm.grid, still, f, *corner, mpm.dx, state.geoms, facts.geoms, collider.sdf.sdf_info, rigid.rigid_info,
-            collider.collider_config,
+            mpm.grid, inside, f, *corner, mpm.dx, mpm.substep_dt, mpm._particle_volume_scale, state.geoms, facts.geoms,
+            state.links, collider.sdf.sdf_info, rigid.rigid_info, collider.collider_config,
         )  # fmt: skip
 
     coupler.mpm_grid_op = step
@@ -75,14 +85,17 @@ def _hold_up(sim):
 @qd.kernel
 def _stop_nodes(
     grid: qd.template(),
-    still: qd.template(),
+    inside: qd.template(),
     f: qd.i32,
     x: qd.i32,
     y: qd.i32,
     z: qd.i32,
     dx: qd.f32,
+    h: qd.f32,
+    scale: qd.f32,
     geoms_state: GeomsState,
     geoms_info: GeomsInfo,
+    links_state: LinksState,
     sdf_info: SDFInfo,
     rigid_info: RigidInfo,
     collider_static_config: qd.template(),
@@ -91,13 +104,20 @@ def _stop_nodes(
         if grid[f, ii, jj, kk, 0].mass > gs.EPS:
             pos = qd.Vector([ii + x, jj + y, kk + z]) * dx
             for g in range(geoms_info.needs_coup.shape[0]):
-                if geoms_info.needs_coup[g] and still[g]:
-                    distance, normal = surface_at(
-                        g, pos, SUPPORTED * dx, geoms_state, geoms_info, sdf_info, rigid_info, collider_static_config
-                    )
-                    if distance < SUPPORTED * dx:
-                        into = grid[f, ii, jj, kk, 0].vel_out.dot(normal)
-                        grid[f, ii, jj, kk, 0].vel_out -= qd.min(into, 0.0) * normal
+                if geoms_info.needs_coup[g]:
+                    link = geoms_info.link_idx[g]
+                    local = gu.qd_inv_transform_by_trans_quat(pos, links_state.pos[link, 0], links_state.quat[link, 0])
+                    if (local >= inside[0, g]).all() and (local <= inside[1, g]).all():
+                        distance, normal = surface_at(
+                            g, pos, SUPPORTED * dx, geoms_state, geoms_info, sdf_info, rigid_info,
+                            collider_static_config,
+                        )  # fmt: skip
+                        slip = grid[f, ii, jj, kk, 0].vel_out - func_vel_at_point(link, 0, pos, links_state)
+                        speed = -slip.dot(normal)
+                        if distance < SUPPORTED * dx and speed > 0.0:
+                            grid[f, ii, jj, kk, 0].vel_out += speed * normal
+                            blow = grid[f, ii, jj, kk, 0].mass / scale * speed
+                            func_apply_coupling_force(link, 0, pos, -blow / h * normal, links_state)
 
 
 @qd.kernel

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import genesis as gs
 from filling import weigh
+from liquid_volume import keep_volume
 from solid_walls import keep_out
 
 HERE = Path(__file__).resolve().parent
@@ -104,3 +105,4 @@ def configure(bodies):
         ],
         every=35,
     )
+    keep_volume(bodies, {"sand": 1600.0, "water": 1000.0, "snow": 300.0}, ["water"], every=35)
