@@ -56,7 +56,7 @@ def _hold_up(sim):
     the pressure of the few behind it hardly acts on it: a liquid sinks into that layer by millimetres a second, unless
     its walls stand at nodes. With these nodes stopped, it keeps its level wherever they stand.
 
-    A free body is a vessel only within its bounding box. On its outside it may float, and would by such nodes displace
+    A free body of one convex shape contains nothing, another only within its bounding box. On its outside it may float, and would by such nodes displace
     a quarter of a cell too much on every side.
     """
     mpm, rigid, coupler = sim.mpm_solver, sim.rigid_solver, sim.coupler
@@ -66,6 +66,9 @@ def _hold_up(sim):
     for link in rigid.links:
         if link.geoms and any(joint.type is gs.JOINT_TYPE.FREE for joint in link.entity.joints):
             corners = [gu.transform_by_trans_quat(one.init_verts, one.init_pos, one.init_quat) for one in link.geoms]
+            if len(corners) == 1 and link.geoms[0].is_convex:
+                reach[0, link.geoms[0].idx], reach[1, link.geoms[0].idx] = np.inf, -np.inf  # contains nothing
+                continue
             for geom in link.geoms:
                 reach[:, geom.idx] = np.min(np.concatenate(corners), axis=0), np.max(np.concatenate(corners), axis=0)
     inside = qd.Vector.field(3, gs.qd_float, shape=reach.shape[:2])
