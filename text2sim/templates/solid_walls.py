@@ -56,8 +56,8 @@ def _hold_up(sim):
     the pressure of the few behind it hardly acts on it: a liquid sinks into that layer by millimetres a second, unless
     its walls stand at nodes. With these nodes stopped, it keeps its level wherever they stand.
 
-    A free body of one convex shape contains nothing, another only within its bounding box. Outside it may float, and would by such nodes displace
-    a quarter of a cell too much on every side.
+    A free body of one convex shape contains nothing, another only within its bounding box. Outside it may float,
+    and would by such nodes displace a quarter of a cell too much on every side.
     """
     mpm, rigid, coupler = sim.mpm_solver, sim.rigid_solver, sim.coupler
     state, facts, collider = rigid.dyn_state, rigid.dyn_info, rigid.collider
