@@ -199,6 +199,8 @@ def _context(plan: Plan) -> dict[str, Any]:
     why = {name: Code(f"  # {comment(settings.why[name])}" if name in settings.why else "") for name in names}
     soft = settings.soft
     own_materials = {entity.material for entity in plan.entities} & {*OWN_MATERIALS}
+    touching = soft is not None and soft.model == "particle"
+    flowing = [name for name, facts in plan.deformables.items() if touching and facts.kind in FLOWING]
     return {
         **vars(plan),
         "version": comment(__version__),
@@ -233,13 +235,9 @@ def _context(plan: Plan) -> dict[str, Any]:
         "adhesions": {name: facts.adhesion for name, facts in plan.deformables.items() if facts.adhesion},
         "gases": {name: facts.gas for name, facts in plan.deformables.items() if facts.gas},
         "streams": {name: facts.stream for name, facts in plan.deformables.items() if facts.stream},
-        "flowing": [
-            name
-            for name, facts in plan.deformables.items()
-            if facts.kind in FLOWING and soft is not None and soft.model == "particle"
-        ],
+        "flowing": flowing,
         "held_up": holds_up(facts.kind for facts in plan.deformables.values() if facts.solver == "mpm"),
-        "liquids": [name for name, facts in plan.deformables.items() if facts.kind == "liquid"],
+        "liquids": [name for name in flowing if plan.deformables[name].kind == "liquid"],
         "mpm_densities": {
             entity.name: entity.material_options["rho"]
             for entity in plan.entities

@@ -1,8 +1,8 @@
 """Keeps the volume of liquids.
 
 Genesis 1.4.5 integrates the volume of a particle from velocities alone and never compares it with the particles that
-are there: a liquid that splashes stays foam of half its density, and one that rests is pressed together at its bottom.
-A lone particle's velocity gradient, which nothing damps, grew until it threw the particle away or gave nan.
+are there: a liquid at rest is pressed together at its bottom. The velocity gradient of a lone particle, which nothing
+damps, grows until it throws the particle away or gives nan.
 """
 
 import genesis as gs
@@ -13,8 +13,11 @@ from solid_walls import surface_at
 
 RELAXATION = 0.3  # s, in which the volume of a particle follows that of its surroundings
 TOLERATED = 0.05  # by which a liquid may be denser: particles are never spread evenly
-TENSION = 1.05  # largest volume, by that at rest: more of it pulls drops together, and nothing holds it back
-LONE = 0.2  # of its density at rest, below which a drop has neither pressure nor shear
+LARGEST = 1.05  # volume, by that at rest, beyond which what is torn apart pulls no harder
+LONE = 0.2  # of its density at rest, below which a drop has no shear either
+FOAM = 0.8  # of that density, below which a liquid has room, and no pressure
+SAME = 0.7  # cosine of the angle between the normals of walls that count as one
+FAR = 1e9  # m
 
 
 def keep_volume(bodies, densities, liquids, every):
@@ -29,7 +32,7 @@ def keep_volume(bodies, densities, liquids, every):
     sim = bodies[liquids[0]].sim
     mpm, rigid = sim.mpm_solver, sim.rigid_solver
     state, facts, collider = rigid.dyn_state, rigid.dyn_info, rigid.collider
-    density = np.ones(mpm.n_particles, dtype=np.float32)
+    density = np.full(mpm.n_particles, np.inf, dtype=np.float32)
     for name, value in densities.items():
         density[bodies[name].particle_start : bodies[name].particle_end] = value * mpm.particle_volume_scale
     own, filled = qd.field(gs.qd_float, shape=mpm.n_particles), qd.field(gs.qd_float, shape=tuple(mpm.grid_res))
@@ -70,6 +73,12 @@ def _in_front(x):
     elif x > 0.5:
         part = 1.0 - (1.5 - x) ** 3 / 6.0
     return part
+
+
+@qd.func
+def _along(walls, k: qd.template(), vector):
+    """Return the component of a vector along the normal of a wall."""
+    return walls[k, 0] * vector[0] + walls[k, 1] * vector[1] + walls[k, 2] * vector[2]
 
 
 @qd.kernel
@@ -115,50 +124,53 @@ def _follow(
 ):
     """Compare how full the nodes around a particle are with the room that walls leave there.
 
-    A particle that is rarer than its pressure says loses the pressure; one that is denser gains it.
+    Of a liquid, F is the cube root of J times the identity, and J is the volume by that at rest. A particle that has
+    more room than its J says loses its pressure; one that has clearly less gains it.
     """
     for i in range(first, last):
         if flags[f, i, 0].active:
             pos = particles[f, i, 0].pos
             # Normal and distance of the nearest plane in each of three directions.
-            walls, count = qd.Matrix.zero(gs.qd_float, 3, 4), 0
+            walls = qd.Matrix([[0.0, 0.0, 0.0, FAR], [0.0, 0.0, 0.0, FAR], [0.0, 0.0, 0.0, FAR]])
             for g in range(geoms_info.needs_coup.shape[0]):
                 if geoms_info.needs_coup[g]:
                     distance, normal = surface_at(
                         g, pos, 3.0 * dx, geoms_state, geoms_info, sdf_info, rigid_info, collider_static_config
                     )
                     if distance < 3.0 * dx:
-                        at = qd.min(count, 3)
+                        # It takes the place of the farthest, or of those in its direction if it is nearer than all.
+                        place, nearer_than = 0, -FAR
                         for k in qd.static(range(3)):
-                            known = walls[k, 0] * normal[0] + walls[k, 1] * normal[1] + walls[k, 2] * normal[2]
-                            if k < count and known > 0.7:
-                                at = k
+                            if walls[k, 3] > nearer_than:
+                                place, nearer_than = k, walls[k, 3]
                         for k in qd.static(range(3)):
-                            if k == at and (k == count or distance < walls[k, 3]):
-                                for j in qd.static(range(3)):
-                                    walls[k, j] = normal[j]
-                                walls[k, 3] = distance
-                        if at == count:
-                            count += 1
+                            if _along(walls, k, normal) > SAME:
+                                place, nearer_than = k, qd.min(nearer_than, walls[k, 3])
+                        if distance < nearer_than:
+                            for k in qd.static(range(3)):
+                                if k == place:
+                                    walls[k, 0], walls[k, 1], walls[k, 2] = normal[0], normal[1], normal[2]
+                                    walls[k, 3] = distance
+                                elif _along(walls, k, normal) > SAME:
+                                    walls[k, 3] = FAR
             base, away, w = _weights(pos, dx)
             volume, room = 0.0, 0.0
             for offset in qd.static(qd.grouped(qd.ndrange(3, 3, 3))):
                 part = 1.0
                 for k in qd.static(range(3)):
-                    if k < count:
-                        distance = walls[k, 3] / dx
-                        for j in qd.static(range(3)):
-                            distance += walls[k, j] * (offset[j] - away[j])
-                        part *= _in_front(distance) if distance > 0.0 else 0.0
+                    distance = walls[k, 3] / dx + _along(walls, k, offset - away)
+                    part *= _in_front(distance) if distance > 0.0 else 0.0
                 if part > 0.0:
                     weight = w[offset[0]][0] * w[offset[1]][1] * w[offset[2]][2]
                     volume += weight * filled[base - qd.Vector([x, y, z]) + offset]
                     room += weight * part
             fullness = volume / qd.max(room, 0.05) / dx**3
-            J = qd.min(particles[f, i, 0].F.determinant(), TENSION)
+            J = qd.min(particles[f, i, 0].F.determinant(), LARGEST)
             if fullness < LONE:
                 J = 1.0
                 particles[f, i, 0].C = qd.Matrix.zero(gs.qd_float, 3, 3)
+            elif fullness < FOAM:
+                J = qd.max(J, 1.0)
             else:
                 wanted = qd.min(1.0 / fullness, qd.max(J, 1.0))
                 if wanted > J or wanted < J - TOLERATED:

@@ -14,6 +14,7 @@ from genesis.utils.array_class import GeomsInfo, GeomsState, LinksState, RigidIn
 from genesis.utils.sdf import sdf_func_normal_world, sdf_func_world
 
 SUPPORTED = 0.56  # cells between a wall and a node that it holds up
+DIRECTIONS = np.array([d for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)]) - 1  # to faces, edges and corners of a cube
 
 
 def keep_out(entities, every, held_up=False):
@@ -25,7 +26,7 @@ def keep_out(entities, every, held_up=False):
     Args:
         entities: Liquids, grains and snow.
         every: Substeps from one time to the next.
-        held_up: Whether they are liquids, which rest on the nodes at walls.
+        held_up: Whether to stop the nodes at walls, on which liquids rest.
     """
     if held_up:
         _hold_up(entities[0].sim)
@@ -56,29 +57,26 @@ def _hold_up(sim):
     the pressure of the few behind it hardly acts on it: a liquid sinks into that layer by millimetres a second, unless
     its walls stand at nodes. With these nodes stopped, it keeps its level wherever they stand.
 
-    A free body of one convex shape contains nothing, another only within its bounding box. Outside it may float,
-    and would by such nodes displace a quarter of a cell too much on every side.
+    On the outside of a free body no node is stopped: it may float, and would displace a quarter of a cell too much on
+    every side. A node is inside if more of the body lies beyond it, in the direction away from the wall.
     """
     mpm, rigid, coupler = sim.mpm_solver, sim.rigid_solver, sim.coupler
     state, facts, collider = rigid.dyn_state, rigid.dyn_info, rigid.collider
-    reach = np.full((2, max(1, len(rigid.geoms)), 3), np.inf, dtype=np.float32)
-    reach[0] = -np.inf
+    extremes = np.tile(np.float32(1e6) * DIRECTIONS, (max(1, len(rigid.links)), 1, 1))  # of what is not free: anywhere
     for link in rigid.links:
         if link.geoms and any(joint.type is gs.JOINT_TYPE.FREE for joint in link.entity.joints):
-            corners = [gu.transform_by_trans_quat(one.init_verts, one.init_pos, one.init_quat) for one in link.geoms]
-            if len(corners) == 1 and link.geoms[0].is_convex:
-                reach[0, link.geoms[0].idx], reach[1, link.geoms[0].idx] = np.inf, -np.inf  # contains nothing
-                continue
-            for geom in link.geoms:
-                reach[:, geom.idx] = np.min(np.concatenate(corners), axis=0), np.max(np.concatenate(corners), axis=0)
-    inside = qd.Vector.field(3, gs.qd_float, shape=reach.shape[:2])
-    inside.from_numpy(reach)
+            points = np.concatenate(
+                [gu.transform_by_trans_quat(one.init_verts, one.init_pos, one.init_quat) for one in link.geoms]
+            )
+            extremes[link.idx] = points[np.argmax(points @ DIRECTIONS.T, axis=0)]
+    tips = qd.Vector.field(3, gs.qd_float, shape=extremes.shape[:2])
+    tips.from_numpy(extremes)
     grid_step, corner = coupler.mpm_grid_op, [int(x) for x in mpm.grid_offset]
 
     def step(f, *args, **options):
         grid_step(f, *args, **options)
         _stop_nodes(
-            mpm.grid, inside, f, *corner, mpm.dx, mpm.substep_dt, mpm._particle_volume_scale, state.geoms, facts.geoms,
+            mpm.grid, tips, f, *corner, mpm.dx, mpm.substep_dt, mpm._particle_volume_scale, state.geoms, facts.geoms,
             state.links, collider.sdf.sdf_info, rigid.rigid_info, collider.collider_config,
         )  # fmt: skip
 
@@ -88,7 +86,7 @@ def _hold_up(sim):
 @qd.kernel
 def _stop_nodes(
     grid: qd.template(),
-    inside: qd.template(),
+    tips: qd.template(),
     f: qd.i32,
     x: qd.i32,
     y: qd.i32,
@@ -108,19 +106,29 @@ def _stop_nodes(
             pos = qd.Vector([ii + x, jj + y, kk + z]) * dx
             for g in range(geoms_info.needs_coup.shape[0]):
                 if geoms_info.needs_coup[g]:
+                    distance, normal = surface_at(
+                        g, pos, SUPPORTED * dx, geoms_state, geoms_info, sdf_info, rigid_info, collider_static_config
+                    )
                     link = geoms_info.link_idx[g]
-                    local = gu.qd_inv_transform_by_trans_quat(pos, links_state.pos[link, 0], links_state.quat[link, 0])
-                    if (local >= inside[0, g]).all() and (local <= inside[1, g]).all():
-                        distance, normal = surface_at(
-                            g, pos, SUPPORTED * dx, geoms_state, geoms_info, sdf_info, rigid_info,
-                            collider_static_config,
-                        )  # fmt: skip
+                    if distance < SUPPORTED * dx and _encloses(tips, link, pos, normal, links_state):
                         slip = grid[f, ii, jj, kk, 0].vel_out - func_vel_at_point(link, 0, pos, links_state)
                         speed = -slip.dot(normal)
-                        if distance < SUPPORTED * dx and speed > 0.0:
+                        if speed > 0.0:
                             grid[f, ii, jj, kk, 0].vel_out += speed * normal
                             blow = grid[f, ii, jj, kk, 0].mass / scale * speed
                             func_apply_coupling_force(link, 0, pos, -blow / h * normal, links_state)
+
+
+@qd.func
+def _encloses(tips: qd.template(), link, pos, normal, links_state: LinksState):
+    """Return whether one of the tips of a link lies beyond a point, in the direction of the normal."""
+    local = gu.qd_inv_transform_by_trans_quat(pos, links_state.pos[link, 0], links_state.quat[link, 0])
+    away = gu.qd_inv_transform_by_quat(normal, links_state.quat[link, 0])
+    found = False
+    for k in range(tips.shape[1]):
+        if (tips[link, k] - local).dot(away) > 0.0:
+            found = True
+    return found
 
 
 @qd.kernel

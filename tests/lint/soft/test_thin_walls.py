@@ -96,6 +96,19 @@ bodies:
     expect_words(tmp_path, "thin-wall", says, tank)
 
 
+@pytest.mark.parametrize("mount", ["", ", mount: {kind: slider, axis: x}"])
+@pytest.mark.parametrize(("thick", "says"), [(0.017, ""), (0.012, "make it 16 mm or thicker")])
+def test_walls_that_move_hold_a_liquid_with_less_than_a_cell(
+    tmp_path: Path, thick: float, says: str, mount: str
+) -> None:
+    tank = f"""\
+bodies:
+  wall: {{kind: rigid, shape: {{kind: box, size: [{thick}, 0.3, 0.3]}}, pose: {{pos: [0.12, 0, 0.15]}}{mount}}}
+  a: {{kind: liquid, cell: 0.02, shape: {{kind: box, size: [0.2, 0.2, 0.2]}}, pose: {{pos: [0, 0, 0.12]}}}}
+"""
+    expect_words(tmp_path, "thin-wall", says, tank)
+
+
 @pytest.mark.parametrize(
     "post", ["{kind: box, size: [0.016, 0.016, 0.3]}", "{kind: cylinder, radius: 0.008, height: 0.3}"]
 )

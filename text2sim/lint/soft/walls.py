@@ -37,7 +37,7 @@ HOLDING_CELLS, LEAKING_CELLS, PUSHING_CELLS = 1.1, 0.3, 0.5
 that moves. Particles are moved out of rigid bodies (templates/solid_walls.py): benchmarks/soft_leaks.py,
 tests/physics/test_solid_walls.py. But pressure needs nodes that stand still: tests/physics/test_narrow_vessel.py."""
 HELD_UP_CELLS, MOVED_CELLS = 0.5, 0.8
-"""The same of a wall at rest, and of a free one or one with a motor, in scenes without grains and snow, where the nodes
+"""The same of a wall at rest, and of one that is free or on a joint, in scenes without grains and snow, where the nodes
 at walls are stopped: at rest 0.5 and 1.15 cells held alike; cans with a motor held with 0.8 and burst with 0.5."""
 MIN_NECK_CELLS = 2.5
 """Smallest radius [cells] of an opening: sand ran steadily through 2.6."""
@@ -179,7 +179,7 @@ motor or a prescribed motion presses on soft bodies should be {LOADED_WALL_CELLS
 {LEAKING_WALL_CELLS:g}; a body on top of them {ON_TOP:g}; a wall that soft bodies may hit {HIT_WALL_CELLS:g}: at 4 m/s a
 cube passed through 1.2 cells. Particles of liquids, grains and snow are moved out of rigid bodies, so that they do not
 leak through {LEAKING_CELLS:g} cells. Liquids also rest on the nodes at walls: {HELD_UP_CELLS:g} cells
-hold their level, and {MOVED_CELLS:g} if a motor moves them or they are free. With grains or snow in the scene, no node
+hold their level, and {MOVED_CELLS:g} if they are free or on a joint. With grains or snow in the scene, no node
 is stopped between walls of a cell or less:
 pressure holds nothing up there, and what they contain falls into itself. Such walls need {HOLDING_CELLS:g} cells,
 and {PUSHING_CELLS:g} if they push. What is driven
