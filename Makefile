@@ -45,7 +45,7 @@ test-all: $(STAMP)
 	$(PYTEST) $(ARGS)
 
 SINCE ?= HEAD~1
-MINUTES ?= 12
+MINUTES ?= 10
 test-changed: $(STAMP)
 	$(PYTEST) -m "not ($(QUICK))" --since $(SINCE) --minutes $(MINUTES) $(ARGS) || [ $$? -eq 5 ] # 5: there are none
 

@@ -1,10 +1,13 @@
 """What a change is tried with."""
 
+import os
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
 import selection
 
+pytest_plugins = ["pytester"]
 TESTS = Path(__file__).parent
 PACKAGE = TESTS.parent / "text2sim"
 
@@ -28,3 +31,36 @@ def test_every_folder_that_is_named_exists() -> None:
     assert {name for name in selection.ABOUT if not (PACKAGE / name).is_dir()} == set()
     named = {folder for folders in selection.ABOUT.values() for folder in folders}
     assert {folder for folder in named if not (TESTS / folder).is_dir()} == set()
+
+
+def test_what_could_outlast_the_minutes_is_not_begun(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(selection.DEADLINE, "")
+    pytester.makeini("[pytest]\ntimeout = 60")
+    pytester.makepyfile(
+        test_two="""
+        import pytest
+
+        def test_short(): pass
+
+        @pytest.mark.timeout(61)
+        def test_long(): pass
+        """
+    )
+    arguments = ("-p", "selection", "-p", "no:cacheprovider", "--minutes")
+    pytester.runpytest_inprocess(*arguments, "1").assert_outcomes(passed=1, skipped=1)
+    pytester.runpytest_inprocess(*arguments, "0.000001").assert_outcomes(skipped=2)
+
+
+def test_a_process_that_replaces_another_has_no_more_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(selection.DEADLINE, "7")
+
+    class Config:
+        workerinput: ClassVar[dict[str, str]] = {}
+
+        def getoption(self, name: str) -> float:
+            return 12.0
+
+    selection.pytest_configure(Config())  # type: ignore[arg-type]
+    assert os.environ[selection.DEADLINE] == "7"

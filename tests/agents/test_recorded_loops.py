@@ -11,9 +11,13 @@ import pytest
 from text2sim.agents.session import Session, SessionWish
 
 RECORDED = sorted((Path(__file__).parent / "recorded").glob("*/expected.json"))
-REPLAYED = [file for file in RECORDED if json.loads(file.read_text("utf-8"))["replayed"]]
+PLAYED = [(file, json.loads(file.read_text("utf-8"))) for file in RECORDED]
+REPLAYED = [
+    pytest.param(file, marks=pytest.mark.timeout(300 * (1 + played["runs"])), id=file.parent.name)
+    for file, played in PLAYED
+    if played["replayed"]
+]
 """The others take too long for a test; `benchmarks/recorded_loops.py --replay NAME` plays any of them."""
-
 
 MOST = {
     "anchor": 40_000,
@@ -27,8 +31,7 @@ MOST = {
 
 
 @pytest.mark.usefixtures("engine", "tracer")
-@pytest.mark.timeout(900)
-@pytest.mark.parametrize("file", REPLAYED, ids=lambda file: file.parent.name)
+@pytest.mark.parametrize("file", REPLAYED)
 def test_a_recorded_loop_ends_as_it_did(file: Path, tmp_path: Path) -> None:
     expected = json.loads(file.read_text("utf-8"))
     base = file.parent / "base.yaml"
