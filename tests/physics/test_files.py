@@ -140,7 +140,8 @@ def test_a_urdf_joint_without_an_actuator_swings_freely(trial, agree):
 
 def test_dry_friction_of_the_case_holds_what_it_can(trial, agree):
     """7 N m are more than m g l = 5.9 N m."""
-    agree("creep [rad]", trial.joint("stuck.shoulder")[0], 0.0, within=0.02)
+    speed = 2 * G * 0.3 / (0.05 + 2 * 0.3**2) * 1e-4 * 0.004 / 2  # of a constraint with an impedance of 0.9999
+    agree("creep [rad]", trial.joint("stuck.shoulder")[0], 0.0, within=1.5 * speed * 1.5)
 
 
 def test_the_motor_of_an_mjcf_file_is_its_own(trial, agree):

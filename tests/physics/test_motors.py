@@ -212,7 +212,7 @@ def test_a_joint_spring_is_linear_about_the_start(joints, agree):
 
 
 def test_joint_friction_holds_below_its_value_and_takes_it_off_above(joints, agree):
-    """Coulomb: 3 N hold against 2.9 N, and leave 8 - 3 N to accelerate; what holds creeps as a regularised contact does."""
+    """Coulomb: 3 N hold against 2.9 N, and leave 8 - 3 N to accelerate; what holds creeps, with an impedance of 0.9999."""
     agree(
         "joint friction: 8 N against 3 N, speed [m/s]",
         joints.joint("cart[3]")[1],
@@ -220,7 +220,8 @@ def test_joint_friction_holds_below_its_value_and_takes_it_off_above(joints, agr
         within=len(joints.time) * 2**-24 * 5,
     )
     creep = joints.joint("cart[4]")[1]
-    agree("joint friction: 2.9 N against 3 N, speed [m/s]", creep, 0.0, within=2.9 / 2 * 0.1 / 0.9 * 0.95 * 0.004)
+    # F / m (1 - d) / d over the damping 2 / (d timeconst): a fiftieth of a millimetre a second under a weight.
+    agree("joint friction: 2.9 N against 3 N, speed [m/s]", creep, 0.0, within=2.9 / 2 * 1e-4 * 0.004 / 2 * 1.1)
 
 
 def test_a_joint_stops_at_its_limit(simulate, agree):

@@ -11,6 +11,9 @@ from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeLink, TreeVisual
 _MASKS = {True: {}, False: {"contype": "1", "conaffinity": "2"}}
 # Pieces of a link with equal masks would be merged into one mesh before it is decomposed.
 _APART = {True: {"contype": "3", "conaffinity": "3"}, False: {"contype": "4", "conaffinity": "8"}}
+# Dry friction is a soft constraint: what it should hold creeps at F / m (1 - d) / d times a time constant, with the usual
+# d = 0.9 by a centimetre a second. The engine takes d from the joint's limit, MuJoCo from an attribute of its own.
+_FIRM = {"solimplimit": "0.9999 0.9999", "solimpfriction": "0.9999 0.9999"}
 _UNTOUCHED = {"contype": "0", "conaffinity": "0"}
 
 
@@ -97,7 +100,7 @@ class _Writer:
             ):
                 if value:
                     attributes[key] = number(value)
-            ET.SubElement(body, "joint", attributes)
+            ET.SubElement(body, "joint", attributes | (_FIRM if joint.friction else {}))
         if link.inertia is not None:
             own = link.inertia
             moments = " ".join(f"{x:.9g}" for x in own.inertia)  # even very small ones
