@@ -11,8 +11,8 @@ from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeLink, TreeVisual
 _MASKS = {True: {}, False: {"contype": "1", "conaffinity": "2"}}
 # Pieces of a link with equal masks would be merged into one mesh before it is decomposed.
 _APART = {True: {"contype": "3", "conaffinity": "3"}, False: {"contype": "4", "conaffinity": "8"}}
-# Dry friction is a soft constraint: what it should hold creeps at F / m (1 - d) / d times a time constant, with d = 0.9 as
-# usual by a centimetre a second. The engine takes d from the limit of the joint, MuJoCo from an attribute of its own.
+# Dry friction is a soft constraint: what it should hold creeps at F / m (1 - d) / d times a time constant, with the
+# usual d = 0.9 by a centimetre a second. The engine takes d from the limit of the joint, MuJoCo from its own attribute.
 _FIRM = {"solimplimit": "0.9999 0.9999", "solimpfriction": "0.9999 0.9999"}
 _UNTOUCHED = {"contype": "0", "conaffinity": "0"}
 
