@@ -36,6 +36,8 @@ MAX_TRACING_TIME = 90.0
 """Time for tracing the frames, at one or two seconds each [s], if a preview does not take longer."""
 FEWEST_TRACED = 6
 """Smallest number of frames that are shown if there is no time for all; else the preview is used."""
+PREVIEW_START, PREVIEWED_FRAME = 20.0, 0.25
+"""Shortest time in which the engine starts for a preview, and what a frame of it takes [s]: twice that on a busy machine."""
 
 TRACED_NOTE = "The frames are path-traced, as the film will be, but small and coarse."
 PREVIEWED_FINISHES = (None, "rough", "painted", "plastic", "smooth")
@@ -61,7 +63,7 @@ def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[A
     from text2sim.evidence.contact_sheet import contact_sheet
 
     start = _engine_start(run)
-    rows, note = list(_traced(run, max(MAX_TRACING_TIME, start), start)), TRACED_NOTE
+    rows, note = list(_traced(run, max(MAX_TRACING_TIME, start), max(PREVIEW_START, start))), TRACED_NOTE
     if not rows:
         preview()
         rows, note = list(_filmed(run)) or list(_preview_frames(run)), _left_out(run)
@@ -200,10 +202,10 @@ def _preview_frames(run: Path) -> Iterator[Row]:
                 yield camera, f"{rows[k][0]:.2f} s", picture, None
 
 
-def _traced(run: Path, seconds: float, more: float = 0.0) -> Iterator[Row]:
+def _traced(run: Path, seconds: float, start: float = 0.0) -> Iterator[Row]:
     """Yield path-traced frames of the main film, as many as `seconds` are enough for; none if these are too few.
 
-    If so, the fewest may take `more` seconds: a preview would take as long.
+    If so, the fewest may take as long as a preview would, of which all frames are made: `start` seconds for the engine.
     """
     try:
         from PIL import Image
@@ -219,7 +221,8 @@ def _traced(run: Path, seconds: float, more: float = 0.0) -> Iterator[Row]:
         motion = visible_motion(recording, reel.frames).tolist()
         shown = choose_frames(moments_of(run), reel.frames, MAX_FRAMES, motion)
         fewest = min(FEWEST_TRACED, len(shown))
-        _trace(filming, filming.excerpt(reel, [one.frame for one in shown]), fewest, seconds, more)
+        preview = start + PREVIEWED_FRAME * len(reel.frames)
+        _trace(filming, filming.excerpt(reel, [one.frame for one in shown]), fewest, seconds, preview)
         traced = [one for one in shown if filming.finished(one.frame).is_file()]
         if len(traced) < fewest:
             return
