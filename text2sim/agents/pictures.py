@@ -37,7 +37,7 @@ MAX_TRACING_TIME = 90.0
 FEWEST_TRACED = 6
 """Smallest number of frames that are shown if there is no time for all; else the preview is used."""
 PREVIEW_START, PREVIEWED_FRAME = 20.0, 0.25
-"""Shortest time in which the engine starts for a preview, and what a frame of it takes [s]: twice that on a busy machine."""
+"""Shortest time in which the engine starts for a preview, and time for a frame of it on an idle machine [s]."""
 
 TRACED_NOTE = "The frames are path-traced, as the film will be, but small and coarse."
 PREVIEWED_FINISHES = (None, "rough", "painted", "plastic", "smooth")
