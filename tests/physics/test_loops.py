@@ -175,6 +175,39 @@ def test_a_falling_rack_turns_geared_wheels(simulate, agree, ratio):
     )
 
 
+def test_a_light_pinion_holds_a_heavy_rack(simulate, agree):
+    """The teeth give way by (1 - d) timeconst^2 (1 / I + n^2 / m) of the torque m g r, where 1 - d = 1e-4."""
+    r, dt, mass, light = 0.05, 0.005, 20.0, 0.05
+    trial = simulate(
+        """
+scene: {duration: 1.5, dt: "${dt}", substeps: 1}
+bodies:
+  hoist:
+    kind: articulated
+    links:
+      frame: {shape: {kind: box, size: [0.02, 0.02, 0.02]}}
+      pinion:
+        parent: frame
+        pose: {pos: [0.3, 0, 0], euler_deg: [90, 0, 0]}
+        shape: {kind: cylinder, radius: "${r}", height: 0.02}
+        material: {mass: "${light}"}
+        joint: {kind: hinge, axis: z, armature: 0, actuator: {stiffness: 2000, damping: 40}}
+      rack: {parent: frame, shape: {kind: box, size: [0.1, 0.1, 0.4]}, material: {mass: "${mass}"}, joint: {kind: slider, axis: z}}
+    loops: {teeth: {kind: gear, between: [pinion, rack], ratio: "${1 / r}"}}
+actions: {controls: {hold: {kind: drive, joint: hoist.pinion, position: 0}}}
+""",
+        r=r,
+        dt=dt,
+        mass=mass,
+        light=light,
+    )
+    pinion, rack = (trial.joint(f"hoist.{name}")[0][-1] for name in ("pinion", "rack"))
+    torque = mass * 9.81 * r
+    agree("hoist: sag of the motor [rad]", pinion, -torque / 2000, within=2e-5)
+    give = 1e-4 * (2 * dt) ** 2 * (2 / (light * r**2) + 1 / (r**2 * mass)) * torque
+    agree("hoist: give of the teeth [rad]", rack / r, pinion, within=1.1 * give)
+
+
 GATE = """\
 <robot name="gate">
   <link name="post"><collision><geometry><box size="0.05 0.05 0.05"/></geometry></collision></link>
