@@ -22,7 +22,14 @@ from text2sim.agents.section_writer import (
     writer_pages,
 )
 from text2sim.compiler.soft.settings import MAX_PBD_STEP, STRETCH_ITERATIONS
-from text2sim.lint.soft.cost import RIGID_SUBSTEP_TIME, SAP_PIECE_TIME, SUBSTEP_TIME, SWEEP_TIME, TIME_PER_POINT
+from text2sim.lint.soft.cost import (
+    RIGID_SUBSTEP_TIME,
+    ROLLING_TIME,
+    SAP_PIECE_TIME,
+    SUBSTEP_TIME,
+    SWEEP_TIME,
+    TIME_PER_POINT,
+)
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.colors import NAMED
 
@@ -298,6 +305,7 @@ def test_the_planner_is_told_what_each_kind_of_body_costs_as_runs_are_estimated(
     assert f"{1 / MAX_PBD_STEP:,.0f} substeps" in told
     base, each = RIGID_SUBSTEP_TIME["newton"]
     assert f"{1e3 * base:g} ms and {1e3 * each:g} ms a moving link" in told
+    assert f"where `rolling_friction` is {1e3 * ROLLING_TIME:g} ms each" in told
     assert f"{1e3 * SUBSTEP_TIME['mpm']:g} ms and {1e6 * TIME_PER_POINT['mpm']:g} µs a particle" in told
     assert f"{1e3 * SUBSTEP_TIME['sap']:g} ms, {1e3 * TIME_PER_POINT['sap']:g} ms a tetrahedron" in told
     assert f"{1e3 * SAP_PIECE_TIME:g} ms for each convex rigid piece" in told

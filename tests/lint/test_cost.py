@@ -67,3 +67,15 @@ def test_rigid_pieces_of_a_scene_with_fem_bodies_are_counted(tmp_path: Path) -> 
     assert "17 convex rigid pieces take 0.04 s each in 200 substeps" in together.cost
     assert "convex" not in alone.cost
     assert together.seconds - alone.seconds == pytest.approx(200 * 17 * 0.04, rel=0.05)
+
+
+def test_free_bodies_with_rolling_friction_take_a_millisecond_each(tmp_path: Path) -> None:
+    def seconds(rolling: float, cone: str) -> float:
+        logs = f"material: {{rolling_friction: {rolling}}}, repeat: {{kind: line, count: 40, step: [0.3, 0, 0]}}"
+        scene = f"scene: {{duration: 2, dt: 0.005, substeps: 2, contact: {{friction_cone: {cone}}}}}"
+        shape = "shape: {kind: cylinder, radius: 0.06, height: 0.3}"
+        text = f"text2sim: 2\nname: a\n{scene}\nbodies: {{log: {{kind: rigid, {shape}, {logs}}}}}\n"
+        return examine(text, tmp_path / "case.yaml").seconds
+
+    assert seconds(0.003, "elliptic") - seconds(0.0, "elliptic") == pytest.approx(800 * 40 * 1e-3)
+    assert seconds(0.003, "pyramidal") == seconds(0.0, "pyramidal")
