@@ -43,6 +43,22 @@ bodies:
     pose: {pos: [1, 0, 1]}
     look: {color: [navy, black]}
     repeat: {kind: line, count: 2, step: [1, 0, 0]}
+  cart:
+    kind: articulated
+    pose: {pos: [5, 0, 1]}
+    look: {color: crimson}
+    links:
+      frame:
+        shape:
+          kind: compound
+          parts:
+            floor: {shape: {kind: box, size: [0.5, 0.3, 0.02]}}
+            handle: {shape: {kind: box, size: [0.02, 0.3, 0.02]}, pose: {pos: [0.2, 0, 0.1]}, look: {color: black}}
+      flap:
+        parent: frame
+        shape: {kind: compound, parts: {plate: {shape: {kind: box, size: [0.3, 0.3, 0.02]}, look: {color: gold}}}}
+        pose: {pos: [0, 0, 0.3]}
+        joint: {kind: hinge, axis: y}
 actions:
   controls:
     push: {kind: force, body: ball, force: [5, 0, 0], during: [0, 0.2]}
@@ -154,6 +170,8 @@ bodies:
         ({"color": "tin[1]", "like": "black"}, True, "black"),
         ({"color": "tin", "like": "blue"}, False, "wanted blue"),
         ({"color": "tin.foot", "like": "blue"}, None, "no part `foot`"),
+        ({"color": "cart.frame", "like": "red"}, True, "black (#000000)"),  # but for its handle, which is black
+        ({"color": "cart.flap", "like": "red"}, False, "wanted red"),
         ({"seen": "tin"}, True, "2 %"),
         ({"seen": "ball"}, False, "0.03 %"),
         ({"seen": "lamp"}, None, "not measured"),

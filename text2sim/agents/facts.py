@@ -249,13 +249,20 @@ def _colors_of(copy: Any, part: str | None) -> list[tuple[float, ...]]:
         }
         if part not in named:
             raise ValueError(f"`{copy.body}` has no part `{part}` with a look of its own")
-        looks = list(looks_of(named[part])) or looks[:1]
+        own = list(looks_of(named[part]))
+        looks = [*(looks[:1] if not own or (looks[0].color is not None and _inherits(named[part])) else ()), *own]
     elif len(looks) > 1 and looks[0].color is None:
         looks = looks[1:]  # the copy has no look of its own
     kinds = {getattr(model, "kind", ""), getattr(getattr(model, "shape", None), "kind", "")}
     if looks[0].color is None and ("mesh" in kinds or getattr(model, "file", None) is not None):
         return []
     return [rgba_of(look, copy)[:3] for look in looks]
+
+
+def _inherits(link: Any) -> bool:
+    """Whether a link, or something of its shape, has the look of the body."""
+    parts = getattr(getattr(link, "shape", None), "parts", None) or {"all": None}
+    return link.look is None and any(getattr(part, "look", None) is None for part in parts.values())
 
 
 # --- what is seen, and what touched or moved what ------------------------------------------------------------------
