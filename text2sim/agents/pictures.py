@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.agents.frame_choice import FrameMoment, Shown, after_strikes, choose_frames, moments, with_attached
 from text2sim.legibility.film import spread_numbers
-from text2sim.recording.record import RunRecord
 from text2sim.recording.run_files import read_events
 from text2sim.runtime.internal_errors import keep_details
 from text2sim.spec_schema.errors import Text2SimError
@@ -33,11 +32,11 @@ SMALL_SUBJECT = 0.2
 LOCATING_WIDTH = 160
 """Width of the pictures in which bodies are located [pixels]."""
 MAX_TRACING_TIME = 90.0
-"""Time for tracing the frames, at one or two seconds each [s], if a preview does not take longer."""
+"""Time for tracing the frames, at one or two seconds each [s]."""
 FEWEST_TRACED = 6
 """Smallest number of frames that are shown if there is no time for all; else the preview is used."""
-PREVIEW_START, PREVIEWED_FRAME = 20.0, 0.25
-"""Shortest time in which the engine starts for a preview, and time for a frame of it on an idle machine [s]."""
+PREVIEW_TIME = 240.0
+"""More time for the fewest [s]: where they need it, a preview takes longer, since all of its frames are made."""
 
 TRACED_NOTE = "The frames are path-traced, as the film will be, but small and coarse."
 PREVIEWED_FINISHES = (None, "rough", "painted", "plastic", "smooth")
@@ -62,8 +61,7 @@ def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[A
     """
     from text2sim.evidence.contact_sheet import contact_sheet
 
-    start = _engine_start(run)
-    rows, note = list(_traced(run, max(MAX_TRACING_TIME, start), max(PREVIEW_START, start))), TRACED_NOTE
+    rows, note = list(_traced(run, MAX_TRACING_TIME, PREVIEW_TIME)), TRACED_NOTE
     if not rows:
         preview()
         rows, note = list(_filmed(run)) or list(_preview_frames(run)), _left_out(run)
@@ -81,13 +79,6 @@ def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[A
     if not rows:
         return None, 0, ""
     return contact_sheet(thumbnails, width=width, columns=columns), len(rows), note
-
-
-def _engine_start(run: Path) -> float:
-    """Return how long the engine takes to start for a preview [s]."""
-    record = RunRecord.read(run)
-    timings = record.timings if record is not None else {}
-    return timings.get("start", 0.0) + timings.get("build", 0.0)
 
 
 def _read(path: Path) -> Any:
@@ -202,10 +193,10 @@ def _preview_frames(run: Path) -> Iterator[Row]:
                 yield camera, f"{rows[k][0]:.2f} s", picture, None
 
 
-def _traced(run: Path, seconds: float, start: float = 0.0) -> Iterator[Row]:
+def _traced(run: Path, seconds: float, more: float = 0.0) -> Iterator[Row]:
     """Yield path-traced frames of the main film, as many as `seconds` are enough for; none if these are too few.
 
-    If so, the fewest may take as long as a preview would, of which all frames are made: `start` seconds for the engine.
+    If so, the fewest may take `more` seconds.
     """
     try:
         from PIL import Image
@@ -221,8 +212,7 @@ def _traced(run: Path, seconds: float, start: float = 0.0) -> Iterator[Row]:
         motion = visible_motion(recording, reel.frames).tolist()
         shown = choose_frames(moments_of(run), reel.frames, MAX_FRAMES, motion)
         fewest = min(FEWEST_TRACED, len(shown))
-        preview = start + PREVIEWED_FRAME * len(reel.frames)
-        _trace(filming, filming.excerpt(reel, [one.frame for one in shown]), fewest, seconds, preview)
+        _trace(filming, filming.excerpt(reel, [one.frame for one in shown]), fewest, seconds, more)
         traced = [one for one in shown if filming.finished(one.frame).is_file()]
         if len(traced) < fewest:
             return
