@@ -43,7 +43,7 @@ def test_means_and_differences_are_those_of_the_page():
         "five more": FIVE_MORE,
         "three more": THREE_MORE,
         "two more": TWO_MORE,
-        "last four": LAST,
+        "last five": LAST,
     }
     for name, some in (parts | {"user requests": COUNTED}).items():
         found = [estimate([mark(p, METHODS[0], kind) - mark(p, METHODS[1], kind) for p in some]) for kind in KINDS]
