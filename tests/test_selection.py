@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+from types import SimpleNamespace
 from typing import ClassVar
 
 import pytest
@@ -31,6 +32,22 @@ def test_every_folder_that_is_named_exists() -> None:
     assert {name for name in selection.ABOUT if not (PACKAGE / name).is_dir()} == set()
     named = {folder for folders in selection.ABOUT.values() for folder in folders}
     assert {folder for folder in named if not (TESTS / folder).is_dir()} == set()
+
+
+def test_what_changed_comes_first_then_what_it_concerns_then_the_share(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = {"diff": "text2sim/exchange/scene.py\ntests/physics/test_mass.py\n", "rev-list": "7"}
+    monkeypatch.setattr(selection, "_git", lambda command, *rest: told[command])
+    names = ["agents/test_loop.py", "exchange/test_gltf.py", "physics/test_mass.py", "physics/test_ropes.py"]
+    items = [SimpleNamespace(path=TESTS / name) for name in names]
+    dropped: list[SimpleNamespace] = []
+    config = SimpleNamespace(
+        getoption=lambda name: "main",
+        option=SimpleNamespace(share=1),
+        hook=SimpleNamespace(pytest_deselected=lambda items: dropped.extend(items)),
+    )
+    selection.pytest_collection_modifyitems(config, items)  # type: ignore[arg-type]
+    assert [item.path.name for item in items] == ["test_mass.py", "test_gltf.py", "test_loop.py", "test_ropes.py"]
+    assert dropped == []
 
 
 def test_what_could_outlast_the_minutes_is_not_begun(

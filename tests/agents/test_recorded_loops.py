@@ -11,6 +11,7 @@ import pytest
 from text2sim.agents.session import Session, SessionWish
 
 RECORDED = sorted((Path(__file__).parent / "recorded").glob("*/expected.json"))
+# Five minutes for its letters, and for each run.
 PLAYED = [(file, json.loads(file.read_text("utf-8"))) for file in RECORDED]
 REPLAYED = [
     pytest.param(file, marks=pytest.mark.timeout(300 * (1 + played["runs"])), id=file.parent.name)

@@ -305,7 +305,7 @@ def test_the_planner_is_told_what_each_kind_of_body_costs_as_runs_are_estimated(
     assert f"{1 / MAX_PBD_STEP:,.0f} substeps" in told
     base, each = RIGID_SUBSTEP_TIME["newton"]
     assert f"{1e3 * base:g} ms and {1e3 * each:g} ms a moving link" in told
-    assert f"where `rolling_friction` is {1e3 * ROLLING_TIME:g} ms each" in told
+    assert f"with `rolling_friction` {1e3 * ROLLING_TIME:g} ms a body" in told
     assert f"{1e3 * SUBSTEP_TIME['mpm']:g} ms and {1e6 * TIME_PER_POINT['mpm']:g} µs a particle" in told
     assert f"{1e3 * SUBSTEP_TIME['sap']:g} ms, {1e3 * TIME_PER_POINT['sap']:g} ms a tetrahedron" in told
     assert f"{1e3 * SAP_PIECE_TIME:g} ms for each convex rigid piece" in told

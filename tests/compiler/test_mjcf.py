@@ -1,6 +1,5 @@
 """Model files say what their trees say."""
 
-from dataclasses import replace
 from xml.etree import ElementTree as ET
 
 import pytest
@@ -21,18 +20,12 @@ def test_a_piece_that_is_only_drawn_touches_nothing(self_collision: bool) -> Non
     assert (drawn.get("contype"), drawn.get("conaffinity")) == ("0", "0")
 
 
-@pytest.mark.parametrize(
-    ("count", "friction", "solimp"), [(1, 0.0, None), (12, 2.0, "0.9999 0.9999"), (13, 2.0, "0.99 0.99")]
-)
-def test_dry_friction_is_firm_as_far_as_chains_bear_it(count: int, friction: float, solimp: str | None) -> None:
+@pytest.mark.parametrize(("friction", "solimp"), [(0.0, None), (2.0, "0.9999 0.9999")])
+def test_dry_friction_is_firm(friction: float, solimp: str | None) -> None:
     pad = (TreeGeom(Piece("sphere", size=(0.1,)), 1000.0, 0.5),)
-    link = TreeLink("root", geoms=pad)
-    for k in range(count):
-        child = TreeLink(f"pad_{k}", joint=TreeJoint("hinge", friction=friction), geoms=pad)
-        link = replace(link, children=(*link.children, child))
-    joints = [*ET.fromstring(write_mjcf(Tree((link,)), "model", {})).iter("joint")]
-    assert len(joints) == count
-    assert {(joint.get("solimplimit"), joint.get("solimpfriction")) for joint in joints} == {(solimp, solimp)}
+    link = TreeLink("wheel", joint=TreeJoint("hinge", friction=friction), geoms=pad)
+    (joint,) = ET.fromstring(write_mjcf(Tree((link,)), "model", {})).iter("joint")
+    assert (joint.get("solimplimit"), joint.get("solimpfriction")) == (solimp, solimp)
 
 
 @pytest.mark.parametrize(("kind", "solimp"), [("gear", "0.9999 0.9999"), ("connect", None)])

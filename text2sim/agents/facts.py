@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from text2sim.agents.color_terms import color_name, matches_color
+from text2sim.agents.drawn_colors import drawn_colors
 from text2sim.agents.replies import Claim, Name
 from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.recording.run_files import read_json
@@ -228,41 +229,12 @@ def _color(claim: Claim, run: JudgedRun) -> FactAnswer:
     copies = run.resolution.placed.get(wanted.body, [])[wanted.first : wanted.last]
     if not copies:
         raise ValueError(f"there is no `{claim.color}`")
-    drawn = [_colors_of(copy, wanted.part) for copy in copies]
+    drawn = [drawn_colors(copy, wanted.part) for copy in copies]
     if not all(drawn):
         return None, f"the colours of `{claim.color}` come from its file"
     names = sorted({color_name(color) for colors in drawn for color in colors})
     ok = all(any(matches_color(color, claim.like) for color in colors) for colors in drawn)
     return ok, f"`{claim.color}` is {', '.join(names[:4])}, wanted {claim.like}"
-
-
-def _colors_of(copy: Any, part: str | None) -> list[tuple[float, ...]]:
-    """Colours of a copy, or of one of its parts or links; empty if the case does not define them."""
-    from text2sim.compiler.looks import looks_of, rgba_of
-
-    model = copy.model
-    looks = list(looks_of(model))
-    if part is not None:
-        named = {
-            **(getattr(getattr(model, "shape", None), "parts", None) or {}),
-            **(getattr(model, "links", None) or {}),
-        }
-        if part not in named:
-            raise ValueError(f"`{copy.body}` has no part `{part}` with a look of its own")
-        own = list(looks_of(named[part]))
-        looks = [*(looks[:1] if not own or (looks[0].color is not None and _inherits(named[part])) else ()), *own]
-    elif len(looks) > 1 and looks[0].color is None:
-        looks = looks[1:]  # the copy has no look of its own
-    kinds = {getattr(model, "kind", ""), getattr(getattr(model, "shape", None), "kind", "")}
-    if looks[0].color is None and ("mesh" in kinds or getattr(model, "file", None) is not None):
-        return []
-    return [rgba_of(look, copy)[:3] for look in looks]
-
-
-def _inherits(link: Any) -> bool:
-    """Whether a link, or something of its shape, has the look of the body."""
-    parts = getattr(getattr(link, "shape", None), "parts", None) or {"all": None}
-    return link.look is None and any(getattr(part, "look", None) is None for part in parts.values())
 
 
 # --- what is seen, and what touched or moved what ------------------------------------------------------------------

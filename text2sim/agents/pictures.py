@@ -35,8 +35,8 @@ MAX_TRACING_TIME = 90.0
 """Time for tracing the frames, at one or two seconds each [s]."""
 FEWEST_TRACED = 6
 """Smallest number of frames that are shown if there is no time for all; else the preview is used."""
-PREVIEW_TIME = 240.0
-"""More time for the fewest [s]: where they need it, a preview takes longer, since all of its frames are made."""
+MORE_TRACING_TIME = 240.0
+"""Further time for the fewest, if they will be done by then [s]: a preview makes all frames of the film."""
 
 TRACED_NOTE = "The frames are path-traced, as the film will be, but small and coarse."
 PREVIEWED_FINISHES = (None, "rough", "painted", "plastic", "smooth")
@@ -61,7 +61,7 @@ def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[A
     """
     from text2sim.evidence.contact_sheet import contact_sheet
 
-    rows, note = list(_traced(run, MAX_TRACING_TIME, PREVIEW_TIME)), TRACED_NOTE
+    rows, note = list(_traced(run, MAX_TRACING_TIME, MORE_TRACING_TIME)), TRACED_NOTE
     if not rows:
         preview()
         rows, note = list(_filmed(run)) or list(_preview_frames(run)), _left_out(run)

@@ -11,11 +11,12 @@ from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeLink, TreeVisual
 _MASKS = {True: {}, False: {"contype": "1", "conaffinity": "2"}}
 # Pieces of a link with equal masks would be merged into one mesh before it is decomposed.
 _APART = {True: {"contype": "3", "conaffinity": "3"}, False: {"contype": "4", "conaffinity": "8"}}
-# Constraints give way in proportion to force / mass (1 - d) / d. With d = 0.9, which is usual, a rack of 20 kg sags by
-# 18 mm on a pinion of 50 g, and what dry friction should hold creeps by a centimetre a second. Links that are joined at
-# points are left as they are: nets, and tracks of many links, end in nan after a blow. So do long chains with friction.
-_FIRM, _LESS_FIRM = "0.9999 0.9999", "0.99 0.99"
-_LONG_CHAIN = 12
+# Impedance d. Constraints give way in proportion to force / mass (1 - d) / d. With d = 0.9, which is usual, a rack of
+# 20 kg sags by 18 mm on a pinion of 50 g, and what dry friction should hold creeps by a centimetre a second. Links
+# joined at points keep it: the net of cases/catch_net ends in nan when it is hit, if it is as firm.
+_FIRM = "0.9999 0.9999"
+# The engine takes that of dry friction from the limit of the joint, MuJoCo from an attribute of its own.
+_FIRM_FRICTION = {"solimplimit": _FIRM, "solimpfriction": _FIRM}
 _UNTOUCHED = {"contype": "0", "conaffinity": "0"}
 
 
@@ -41,8 +42,7 @@ def write_mjcf(tree: Tree, model: str, meshes: dict[str, str]) -> str:
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
     asset = ET.SubElement(root, "asset")
     world = ET.SubElement(root, "worldbody")
-    long = len(tree.joints()) > _LONG_CHAIN
-    writer = _Writer(asset, meshes, self_collision=tree.self_collision, long=long)
+    writer = _Writer(asset, meshes, self_collision=tree.self_collision)
     for index, geom in enumerate(tree.fixtures):
         writer.geom(world, f"fixture_{index}", geom)
     if not tree.fixtures and any(loop.b is None for loop in tree.loops):
@@ -71,13 +71,11 @@ def write_mjcf(tree: Tree, model: str, meshes: dict[str, str]) -> str:
 class _Writer:
     """Writes links, joints and geoms, collecting the meshes that they need."""
 
-    def __init__(self, asset: ET.Element, meshes: dict[str, str], *, self_collision: bool, long: bool) -> None:
+    def __init__(self, asset: ET.Element, meshes: dict[str, str], *, self_collision: bool) -> None:
         self.asset = asset
         self.meshes = meshes
         self.masks = _MASKS[self_collision]
         self.apart = _APART[self_collision]
-        # The engine takes d of dry friction from the limit of the joint, MuJoCo from an attribute of its own.
-        self.friction = dict.fromkeys(("solimplimit", "solimpfriction"), _LESS_FIRM if long else _FIRM)
         self.known: set[str] = set()
 
     def link(self, parent: ET.Element, link: TreeLink) -> None:
@@ -105,7 +103,7 @@ class _Writer:
             ):
                 if value:
                     attributes[key] = number(value)
-            ET.SubElement(body, "joint", attributes | (self.friction if joint.friction else {}))
+            ET.SubElement(body, "joint", attributes | (_FIRM_FRICTION if joint.friction else {}))
         if link.inertia is not None:
             own = link.inertia
             moments = " ".join(f"{x:.9g}" for x in own.inertia)  # even very small ones

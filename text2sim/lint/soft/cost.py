@@ -62,10 +62,11 @@ def _rigid_substep(facts: Facts) -> float:
             tree, mount = facts.tree(copy), facts.mount(copy)
             links += (mount not in ("fixed", "soft")) if tree is None else sum(1 for _ in tree.links())
             free += mount == "free"
-    base, each = RIGID_SUBSTEP_TIME[facts.settings.solver]
     settings = facts.settings
-    rolling = settings.rolls and settings.solver == "newton" and settings.cone == "elliptic"
-    return base + each * links + ROLLING_TIME * free * rolling if links else 0.0
+    base, each = RIGID_SUBSTEP_TIME[settings.solver]
+    if settings.rolls and settings.solver == "newton" and settings.cone == "elliptic":
+        base += ROLLING_TIME * free
+    return base + each * links if links else 0.0
 
 
 def _counts(facts: Facts) -> dict[str, float]:
