@@ -19,7 +19,7 @@ from text2sim.spec_schema.errors import AssetError, SpecError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.shapes import Box, Cylinder, Mesh, Shape
-from text2sim.spec_schema.models.sheets import Disc, Sheet
+from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet
 from text2sim.spec_schema.published.language_reference import section_kinds
 
 HERE = Path(".")
@@ -177,6 +177,20 @@ class TestSheets:
         assert mesh.uvs == pytest.approx(mesh.vertices[:, :2] + 0.5, abs=1e-7)
         assert len(geometry.pieces(disc, HERE)) == 16
         assert extents(disc, IDENTITY, HERE)[1] == pytest.approx((0.5, 0.5, 0.0005))
+
+    @pytest.mark.parametrize("closed", [True, False])
+    def test_a_ribbon_has_the_places_of_the_flat_strip(self, closed):
+        turn = np.linspace(0, 2 * np.pi if closed else np.pi, 9)
+        points = np.column_stack([np.cos(turn), 0 * turn, np.sin(turn)]).round(9).tolist()
+        ribbon = Ribbon.model_validate({"kind": "ribbon", "points": points, "width": 0.3})
+        mesh = soft_surface(ribbon, HERE, 0.1)
+        assert mesh.uvs is not None
+        at = np.arctan2(mesh.vertices[:, 2], mesh.vertices[:, 0]) % (2 * np.pi) / turn[-1]
+        away = mesh.uvs[:, 0] - at
+        assert np.abs(away - np.round(away)).max() < 0.005, "u runs along it, from 0 at its left end"
+        assert np.ptp(mesh.vertices[:, 1]) * mesh.uvs[:, 1] == pytest.approx(
+            np.abs(mesh.vertices[:, 1] - mesh.vertices[0, 1])
+        )
 
     def test_its_edges_and_corners_can_be_picked(self):
         mesh = soft_surface(Sheet(kind="sheet", size=(1.0, 0.6)), HERE, 0.1)

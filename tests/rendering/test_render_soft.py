@@ -122,6 +122,23 @@ def test_a_pattern_lies_on_a_cloth_and_bends_with_it(*, lying: bool) -> None:
     assert row.max() > 3 * row.min()
 
 
+def test_a_pattern_runs_round_a_band_without_a_break() -> None:
+    """Its texture coordinates fall to 0 at the seam; no triangle shows the whole pattern squeezed into it."""
+    turn = np.arange(16) / 16
+    ring = np.column_stack([np.cos(2 * np.pi * turn), np.zeros(16), np.sin(2 * np.pi * turn)])
+    band = np.concatenate([ring, ring + (0, 0.5, 0)])
+    k, after = np.arange(16), (np.arange(16) + 1) % 16
+    faces = np.concatenate([np.c_[k, after, after + 16], np.c_[k, after + 16, k + 16]])
+    arrays = {"faces": faces, "uvs": np.column_stack([np.tile(turn, 2), np.repeat([0.0, 1.0], 16)])}
+    look = {"decoration": Decoration("checker", 0.1, (0.0, 0.0, 0.0)), "finish": "cloth"}
+    surface = SoftSurface("soft0", part("cloth", **look), band, arrays)
+    drawn = mitsuba().traverse(surface.shapes(band, band)["soft0_0"])
+    corners = np.array(drawn["faces"]).reshape(-1, 3)
+    places, uvs = np.array(drawn["vertex_positions"]).reshape(-1, 3), np.array(drawn["vertex_texcoords"]).reshape(-1, 2)
+    long, laid = (np.linalg.norm(at[corners] - at[np.roll(corners, 1, axis=1)], axis=2) for at in (places, uvs))
+    assert laid.max() < 1.2 * long.max() * (laid / long).min()
+
+
 def test_a_pattern_lies_on_what_deforms_as_on_a_rigid_body() -> None:
     corners = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
     faces = np.array([(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),

@@ -83,9 +83,10 @@ def decorated(
         vertices, normals = _upright(mesh, turn)
         flat = unfold(vertices, mesh.faces, normals, upright=upright, strand=strand)
     else:
-        vertices, wide = mesh.uvs, np.ptp(mesh.uvs, axis=0)
-        own_sheet = Sheet("+z", float(wide[0]), float(wide[1]))
-        flat = Unfolded(np.arange(len(vertices)), mesh.faces, np.zeros(len(vertices), int), mesh.uvs, [own_sheet])
+        wide = np.ptp(mesh.uvs, axis=0)
+        vertices = mesh.uvs if upright or wide[0] <= wide[1] else mesh.uvs[:, ::-1]  # boards run along the longer side
+        own_sheet = Sheet("+z", *np.ptp(vertices, axis=0).tolist())
+        flat = Unfolded(np.arange(len(vertices)), mesh.faces, np.zeros(len(vertices), int), vertices, [own_sheet])
     turned = flat.sheets[0].name == "side"
     if decoration.repeats:
         extents = np.ptp(vertices, axis=0)

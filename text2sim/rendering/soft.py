@@ -64,6 +64,7 @@ class SoftSurface:
         self._own: NDArray[np.integer] = shell.sources
         self._faces = shell.faces.astype(np.int64)
         self._corners: NDArray[np.integer] = np.arange(len(shell.sources))
+        uvs = None if uvs is None else self._unrolled(uvs)
         layer, textured = None, any(needs_uvs(one.finish) for one in (look, *filter(None, part.parts)))
         if picture is None and look.decoration is not None:
             flat = self._metric(at_rest, uvs) if part.kind == "cloth" and uvs is not None else None
@@ -149,11 +150,23 @@ class SoftSurface:
             textured: Whether a finish of the body has a texture, which uses the same texture coordinates.
         """
         assert look.decoration is not None
-        whole = RenderMesh(at_rest[self._own], self._faces, self._shell.normals(at_rest), flat)
-        laid, layer, self._corners = decorated(whole, look.decoration, look.color, np.eye(3), textured=textured)
-        self._faces, self._own = laid.faces, self._own[self._corners]
+        whole = RenderMesh(at_rest[self._own], self._faces, self._shell.normals(at_rest)[self._corners], flat)
+        laid, layer, corners = decorated(whole, look.decoration, look.color, np.eye(3), textured=textured)
+        self._faces, self._own, self._corners = laid.faces, self._own[corners], self._corners[corners]
         assert laid.uvs is not None
         return laid.uvs, layer
+
+    def _unrolled(self, uvs: Array) -> Array:
+        """Return texture coordinates, shape (n, 2), whose u goes on to 1 at the seam of a band, where it fell to 0."""
+        u = uvs[self._faces, 0]
+        early = (np.ptp(u, axis=1) > 0.5)[:, None] & (u < 0.5)
+        if u.max() > 1 - 1e-6 or not early.any():
+            return uvs
+        again, index = np.unique(self._faces[early], return_inverse=True)
+        self._faces = self._faces.copy()
+        self._faces[early] = len(uvs) + index
+        self._own, self._corners = np.r_[self._own, self._own[again]], np.r_[self._corners, again]
+        return np.concatenate([uvs, uvs[again] + (1, 0)])
 
     def _metric(self, at_rest: Array, uvs: Array | None) -> Array:
         """Return texture coordinates in metres of the body at rest."""
@@ -170,8 +183,8 @@ class SoftSurface:
             whole.vertices, whole.faces, np.repeat(np.arange(len(self._own), dtype=float)[:, None], 3, axis=1)
         )
         laid = boxed_uvs(whole)
-        self._corners = laid.normals[:, 0].astype(int)
-        self._faces, self._own = laid.faces, self._own[self._corners]
+        corners = laid.normals[:, 0].astype(int)
+        self._faces, self._own, self._corners = laid.faces, self._own[corners], self._corners[corners]
         assert laid.uvs is not None
         return laid.uvs
 

@@ -17,7 +17,7 @@ from files import write_json, write_npz, write_paint
 from genesis.engine.couplers import IPCCoupler
 from genesis.utils.misc import qd_to_numpy
 from recorder import Divergence
-from skins import Skin, follow_sheet, follow_solid
+from skins import follow_sheet, follow_solid
 
 GRANULAR = gs.materials.MPM.Sand, gs.materials.MPM.Liquid, gs.materials.MPM.Snow
 CORNERED = 0.5  # share of a body's points in edges of its solver's domain above which the run counts as diverged
@@ -211,24 +211,33 @@ class _Body:
             self.skin = follow_sheet(vertices, particles, made)
             self.topology |= {"point_faces": made, "edges": np.asarray(self.entity.edges, np.int32)}
         self.topology["faces"] = np.asarray(mesh.faces, np.int32)
-        if mesh.uvs is not None:
-            self.topology["uvs"] = np.asarray(mesh.uvs, np.float32)
+        self._add_uvs(np.arange(len(vertices)))
 
     def _add_cloth(self) -> None:
-        """Sets masses and texture coordinates of IPC cloth, which the engine does not store with its vertices."""
+        """Sets masses and texture coordinates of IPC cloth."""
         a, b, c = np.moveaxis(self.entity.init_positions.cpu().numpy().astype(float)[self.topology["faces"]], 1, 0)
         # The engine's thickness is half of the cloth's.
         density = self.entity.material.rho * 2 * self.entity.material.thickness
         shares = density * np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6
         self.masses = np.bincount(self.topology["faces"].ravel(), np.repeat(shares, 3), len(self.masses))
         (shape,) = self.entity.vgeoms
-        if shape.uvs is not None:
-            follows = np.asarray(shape.sim_verts_idx)[:, None]
-            self.skin = Skin(follows, np.ones(follows.shape))
-            self.topology |= {
-                "faces": np.asarray(shape.vmesh.faces, np.int32),
-                "uvs": np.asarray(shape.uvs, np.float32),
-            }
+        self._add_uvs(np.asarray(shape.sim_verts_idx))
+
+    def _add_uvs(self, points: np.ndarray) -> None:
+        """Sets the texture coordinates in the file of a body, which the engine drops if it has no texture.
+
+        Args:
+            points: Index of each vertex of the file among those that are drawn, shape (n,).
+        """
+        file = Path(self.entity.morph.file)
+        if file.suffix != ".obj":
+            return
+        rows = [line.split()[1:3] for line in file.read_text().splitlines() if line.startswith("vt ")]
+        if len(rows) == len(points):
+            uvs = np.empty((len(points), 2), np.float32)
+            uvs[points] = np.array(rows, np.float32)
+            uvs[:, 1] = 1 - uvs[:, 1]  # v is measured from the top of a picture, as in the engine
+            self.topology["uvs"] = uvs
 
 
 def _fields(scene) -> dict:

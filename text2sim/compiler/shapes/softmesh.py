@@ -276,8 +276,8 @@ def _disc(disc: Disc, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarray]
     return vertices, faces, vertices[:, :2] / (2 * disc.radius) + 0.5
 
 
-def _ribbon(ribbon: Ribbon, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarray | None]":
-    """Return a grid, row by row along the ribbon."""
+def _ribbon(ribbon: Ribbon, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
+    """Return a grid, row by row along the ribbon; at the seam of a band, u falls from almost 1 to 0."""
     import numpy as np
 
     from text2sim.compiler.shapes.ribbons import ribbon_corners
@@ -287,10 +287,11 @@ def _ribbon(ribbon: Ribbon, edge: float) -> "tuple[np.ndarray, np.ndarray, np.nd
         nx = max(4, nx + nx % 2)  # so that diagonals alternate across the seam
     left, right = ribbon_corners(ribbon, nx)
     u, v = np.meshgrid(np.linspace(0.0, 1.0, nx + 1), np.linspace(0.0, 1.0, ny + 1))
-    vertices, faces = left + v[..., None] * (right - left), grid_faces(nx, ny)
+    vertices, faces, uvs = left + v[..., None] * (right - left), grid_faces(nx, ny), np.stack([u, v], axis=2)
     if ribbon.closed:
-        return vertices[:, :-1].reshape(-1, 3), faces // (nx + 1) * nx + faces % (nx + 1) % nx, None
-    return vertices.reshape(-1, 3), faces, np.stack([u.ravel(), v.ravel()], axis=1)
+        vertices, uvs = vertices[:, :-1], uvs[:, :-1]
+        faces = faces // (nx + 1) * nx + faces % (nx + 1) % nx
+    return vertices.reshape(-1, 3), faces, uvs.reshape(-1, 2)
 
 
 def _ribbon_length(ribbon: Ribbon) -> float:
