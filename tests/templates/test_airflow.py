@@ -2,6 +2,7 @@
 
 from types import ModuleType, SimpleNamespace
 from typing import Any
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -11,7 +12,9 @@ from program_modules import load_module
 @pytest.fixture(scope="module")
 def airflow() -> ModuleType:
     """The module as a program has it, without the engine."""
-    return load_module("airflow", points=SimpleNamespace(Points=None, each_substep=None))
+    points = SimpleNamespace(Points=None, each_substep=None, tensor=None)
+    quadrants = MagicMock(kernel=lambda f: f, func=lambda f: f)
+    return load_module("airflow", points=points, genesis=MagicMock(), torch=MagicMock(), quadrants=quadrants)
 
 
 def flow(airflow: ModuleType, **more: Any) -> Any:

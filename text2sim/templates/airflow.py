@@ -1,7 +1,10 @@
 """Pressure and friction of moving air on cloth."""
 
+import genesis as gs
 import numpy as np
-from points import Points, each_substep
+import quadrants as qd
+import torch
+from points import Points, each_substep, tensor
 
 DENSITY = 1.225
 """Density of air [kg/m3]."""
@@ -22,7 +25,7 @@ class Airflow:
     substep, by the exact solution for a constant |u|, so that light cloth of an even mesh does not overshoot.
 
     Gusts are a frozen pattern of waves that the flow carries along (Taylor's hypothesis), without divergence, with
-    energies as in Kolmogorov's spectrum.
+    energies as in Kolmogorov's spectrum. In a step each triangle feels those of its place when the step begins.
 
     Args:
         scene: The built scene, before its first step.
@@ -41,13 +44,21 @@ class Airflow:
         self.velocity, self.scale, self.gusts, self.start, self.end = np.array(velocity), scale, gusts, start, end
         self.waves, self.sways, self.phases = frozen_gusts(size, np.random.default_rng(seed))
         self.now, self.carried, self.last = np.zeros(3), np.zeros(3), 0.0
-        self.faces = np.asarray(body.mesh.faces)
-        area = np.linalg.norm(self._areas(self.points.rest), axis=1).sum()
-        self.area_density = self.points.masses.sum() / area
-        self.range = slice(body.particle_start, body.particle_end)
+        self.faces, count = np.asarray(body.mesh.faces), len(self.points.rest)
+        area = np.linalg.norm(np.cross(*np.diff(self.points.rest[self.faces], axis=1).transpose(1, 0, 2)), axis=1).sum()
+        masses = self.points.masses
+        self.area_density, self.mass = float(masses.sum() / (area / 2)), float(masses[0])
+        corners = self.faces.ravel()
+        around = np.argsort(corners, kind="stable")
+        ends = np.searchsorted(corners[around], np.arange(count + 1))
+        self.mesh = [
+            torch.as_tensor(np.ascontiguousarray(rows), dtype=gs.tc_int, device=gs.device)
+            for rows in (self.faces, around // 3, ends)
+        ]
+        self.wind, self.impulses = (tensor(np.zeros(self.faces.shape)) for _ in range(2))
         resistance = body.solver.particles_info.air_resistance
         values = resistance.to_numpy()
-        values[self.range] = 0.0
+        values[body.particle_start : body.particle_end] = 0.0
         resistance.from_numpy(values)
         each_substep(self.points.solver, self._substep)
 
@@ -56,7 +67,7 @@ class Airflow:
         self.carried += self.now * (t - self.last)
         self.last, flows = t, self.start <= t + 1e-9 < self.end  # rounding must not exclude a step at `start`
         self.now = self.velocity * (0.0 if not flows else 1.0 if self.scale is None else self.scale(t))
-        self.free = self.points.solver.particles.free.to_numpy()[self.range, 0].astype(bool)  # the others are held
+        self.wind.copy_(tensor(self.air(self.points.positions()[self.faces].mean(axis=1))))
 
     def air(self, places):
         """Return the velocity of the air at positions [m], both (n, 3)."""
@@ -65,24 +76,54 @@ class Airflow:
         swing = np.cos((places - self.carried) @ self.waves.T + self.phases)
         return self.now + self.gusts * np.linalg.norm(self.now) * swing @ self.sways
 
-    def _areas(self, places):
-        a, b, c = (places[self.faces[:, k]] for k in range(3))
-        return np.cross(b - a, c - a) / 2
-
     def _substep(self):
-        places, velocities = self.points.positions(), self.points.velocities()
-        areas = self._areas(places)
-        area = np.maximum(np.linalg.norm(areas, axis=1), 1e-12)[:, None]
-        normals = areas / area
-        air = self.air(places[self.faces].mean(axis=1)) - velocities[self.faces].mean(axis=1)
-        across = np.einsum("ij,ij->i", air, normals)[:, None] * normals
-        rate = DENSITY * np.linalg.norm(air, axis=1)[:, None] / (2 * self.area_density) * self.h
-        impulse = across * -np.expm1(-NORMAL * rate) + (air - across) * -np.expm1(-TANGENTIAL * rate)
-        impulse *= self.area_density * area / 3
-        corners, count = self.faces.ravel(), len(places)
-        taken = [np.bincount(corners, np.repeat(impulse[:, k], 3), count) for k in range(3)]
-        velocities[self.free] += (np.stack(taken, axis=1) / self.points.masses[:, None])[self.free]
-        self.points.set_velocities(velocities)
+        solver, first = self.points.solver, self.points.entity.particle_start
+        _press(solver.particles, first, *self.mesh, self.wind, self.impulses, self.area_density, self.mass, self.h)
+
+
+@qd.func
+def _lost(x):
+    """Return 1 - exp(-x), with all its digits for small x."""
+    t = qd.tanh(x / 2)
+    return 2 * t / (1 + t)
+
+
+@qd.kernel
+def _press(
+    particles: qd.template(),
+    first: qd.i32,
+    faces: qd.types.ndarray(),
+    around: qd.types.ndarray(),
+    ends: qd.types.ndarray(),
+    wind: qd.types.ndarray(),
+    impulses: qd.types.ndarray(),
+    area_density: qd.f32,
+    mass: qd.f32,
+    h: qd.f32,
+):
+    """Let the air press on each triangle (f, 3), and each point take its share.
+
+    Shares are summed in the order of `around`, the triangles about each point, so that runs repeat bit for bit. Those
+    about point i are from `ends[i]` to `ends[i + 1]`. `wind` and `impulses` have a row for each triangle.
+    """
+    for k in range(faces.shape[0]):
+        a, b, c = first + faces[k, 0], first + faces[k, 1], first + faces[k, 2]
+        normal = (particles[b, 0].pos - particles[a, 0].pos).cross(particles[c, 0].pos - particles[a, 0].pos)
+        twice = qd.max(normal.norm(), 1e-12)
+        normal /= twice
+        air = qd.Vector([wind[k, 0], wind[k, 1], wind[k, 2]])
+        air -= (particles[a, 0].vel + particles[b, 0].vel + particles[c, 0].vel) / 3
+        across = air.dot(normal) * normal
+        rate = DENSITY * air.norm() / (2 * area_density) * h
+        impulse = across * _lost(NORMAL * rate) + (air - across) * _lost(TANGENTIAL * rate)
+        for j in qd.static(range(3)):
+            impulses[k, j] = area_density * twice / 6 * impulse[j]
+    for i in range(ends.shape[0] - 1):
+        if particles[first + i, 0].free:  # the others are held
+            taken = qd.Vector([0.0, 0.0, 0.0], dt=qd.f32)
+            for n in range(ends[i], ends[i + 1]):
+                taken += qd.Vector([impulses[around[n], j] for j in range(3)])
+            particles[first + i, 0].vel += taken / mass
 
 
 def frozen_gusts(size, dice):

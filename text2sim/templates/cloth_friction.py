@@ -4,7 +4,10 @@ Genesis 1.4.5 pushes particles of cloth out of rigid bodies, but does not change
 lands on a cloth on the ground bounces, since its contact has no damping.
 """
 
+import genesis as gs
+import numpy as np
 import quadrants as qd
+import torch
 from genesis.engine.solvers.rigid.abd.forward_dynamics import func_vel_at_point
 from genesis.engine.solvers.rigid.abd.misc import func_apply_coupling_force
 from genesis.utils.array_class import GeomsInfo, GeomsState, LinksState, RigidInfo, SDFInfo
@@ -17,10 +20,17 @@ SETTLING = 0.02  # speed [m/s] of parting bodies at which what they squeeze stop
 def add_friction(body):
     """Give all cloth in the built scene of `body` friction on rigid bodies, and let it carry what stands on it."""
     coupler, pbd = body.sim.coupler, body.solver
+    radii = [_radius(geom) for geom in body.sim.rigid_solver.geoms]
+    bounds = torch.as_tensor(np.array(radii), dtype=gs.tc_float, device=gs.device)
     particles = pbd.particles_reordered, pbd.particles_ng_reordered, pbd.particles_info_reordered
     coupler.kernel_pbd_rigid_collide = lambda **rigid: _collide(
-        *particles, pbd.particle_size / 2, pbd.substep_dt, **rigid
+        *particles, bounds, pbd.particle_size / 2, pbd.substep_dt, **rigid
     )
+
+
+def _radius(geom):
+    """Return the radius [m] of the ball about the origin of a shape that it lies in."""
+    return np.inf if geom.type == gs.GEOM_TYPE.PLANE else np.linalg.norm(geom.init_verts, axis=1).max()
 
 
 @qd.kernel
@@ -28,6 +38,7 @@ def _collide(
     particles: qd.template(),
     flags: qd.template(),
     info: qd.template(),
+    bounds: qd.types.ndarray(),
     reach: qd.f32,
     h: qd.f32,
     geoms_state: GeomsState,
@@ -51,7 +62,8 @@ def _collide(
             link_a, way_a, normal_a = -1, 0.0, qd.Vector([0.0, 0.0, 0.0], dt=qd.f32)
             for g in range(geoms_info.needs_coup.shape[0]):
                 depth = 0.0
-                if geoms_info.needs_coup[g]:
+                away = (particles[i, b].pos - geoms_state.pos[g, b]).norm()
+                if geoms_info.needs_coup[g] and away < bounds[g] + reach:
                     depth = reach - sdf_func_world(g, b, particles[i, b].pos, geoms_state, geoms_info, sdf_info)
                 if depth > 0.0:
                     link, old = geoms_info.link_idx[g], particles[i, b].pos
