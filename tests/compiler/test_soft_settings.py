@@ -180,6 +180,9 @@ def test_bounds_follow_what_throws_carries_and_pushes() -> None:
     after = pbd(resolve(f"  a: {SHEET}\n{slider}", actions=f"actions: {{controls: {{{held}, {drive}}}}}"))
     assert after.low[0] < before.low[0] - 1.4
     assert after.high[0] == pytest.approx(before.high[0], abs=0.02)
+    far, stopped = drive.replace("-1.5", "-5"), slider.replace("axis: x", "axis: x, range: [-4, 0]")
+    after = pbd(resolve(f"  a: {SHEET}\n{stopped}", actions=f"actions: {{controls: {{{held}, {far}}}}}"))
+    assert after.low[0] == pytest.approx(before.low[0] - 4, abs=0.1), "as far as it is driven, up to its stop"
 
 
 @pytest.mark.parametrize(("mount", "far"), [("{kind: fixed}", 0.0), ("{kind: free}", 2.0)])

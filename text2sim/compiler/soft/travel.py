@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from itertools import pairwise
-from math import hypot
+from math import hypot, inf
 
 from text2sim.compiler.action_rows import Hold
 from text2sim.compiler.controls import ControlRows
@@ -68,12 +68,14 @@ def travel(
         if isinstance(copy.model, Driven):
             motors[copy.name] = displacements(copy.model.motion)
     for (name, joint), targets in rows.targets.items():
-        axis = _slider(copies[name], joint)
-        if axis is None:
+        mount = _slider(copies[name], joint)
+        if mount is None:
             continue
         asked = [*targets, *rows.later_targets.get((name, joint), [])]  # an event may come at the very start
-        low, high = _reach([(mode, schedule) for _, mode, schedule, *_ in asked], duration)
-        ends = [vector_times(axis, s) for s in (low, high)]
+        reach = _reach([(mode, schedule) for _, mode, schedule, *_ in asked], duration)
+        low, high = mount.range or (-inf, inf)
+        axis = quat_rotate(copies[name].quat, vector_unit(mount.axis))
+        ends = [vector_times(axis, min(max(s, low), high)) for s in reach]
         motors[name] = around([*motors.get(name, NOWHERE), *ends])
     holds: dict[str, Bounds] = {}
     for hold in rows.holds:
@@ -160,17 +162,20 @@ def _carry(flights: dict[str, Vec], field: Control, copy: Copy, duration: float)
     _fly(flights, copy.name, (y * sign, -x * sign, 0.0), far / size if size else 0.0)
 
 
-def _slider(copy: Copy, joint: str) -> Vec | None:
-    """Return the direction, in the world, of the slider that a drive moves; None for other kinds of joint."""
+def _slider(copy: Copy, joint: str) -> SliderMount | None:
+    """Return the slider that a drive moves; None for other kinds of joint."""
     model = copy.model
     mount = model.mount if isinstance(model, Rigid) else None
     if isinstance(model, Articulated) and model.links is not None and joint in model.links:
         mount = model.links[joint].joint
-    return quat_rotate(copy.quat, vector_unit(mount.axis)) if isinstance(mount, SliderMount) else None
+    return mount if isinstance(mount, SliderMount) else None
 
 
 def _reach(targets: list[tuple[str, Schedule]], duration: float) -> tuple[float, float]:
-    """Return the lowest and highest position [m] that drives of a slider ask for."""
+    """Return the lowest and highest position [m] that drives of a slider ask for.
+
+    A position is followed wherever it is; a velocity is not, since something may stop the slider.
+    """
     times = [duration * k / SCHEDULE_SAMPLES for k in range(SCHEDULE_SAMPLES + 1)]
     values = [0.0]
     for mode, schedule in targets:
@@ -180,5 +185,5 @@ def _reach(targets: list[tuple[str, Schedule]], duration: float) -> tuple[float,
             position = 0.0
             for a, b in pairwise(times):
                 position += value_at(schedule, (a + b) / 2) * (b - a)
-                values.append(position)
-    return max(min(values), -MAX_FOLLOWED_DISTANCE), min(max(values), MAX_FOLLOWED_DISTANCE)
+                values.append(min(max(position, -MAX_FOLLOWED_DISTANCE), MAX_FOLLOWED_DISTANCE))
+    return min(values), max(values)
