@@ -37,7 +37,12 @@ def laid(folder: Path, along: str):
 
 
 @pytest.mark.parametrize(
-    ("way", "cone", "timeconst"), [("{round: wheel}", "elliptic", 0.001), ("[0, 0, 1.2]", "pyramidal", 0.002)]
+    ("way", "cone", "timeconst"),
+    [
+        ("{round: wheel}", "elliptic", 0.001),
+        ("[-0.105, 0, 1], [-0.074, 0, 1.074], [0, 0, 1.105], [0.074, 0, 1.074], [0.105, 0, 1]", "elliptic", 0.001),
+        ("[0, 0, 1.2]", "pyramidal", 0.002),
+    ],
 )
 def test_contacts_of_what_goes_round_something_are_stiff(tmp_path: Path, way: str, cone: str, timeconst: float):
     case_of(tmp_path, f"[[-0.105, 0, 0], {way}, [0.105, 0, 0]]")

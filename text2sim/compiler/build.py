@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
+from math import acos, radians
 from pathlib import Path
 
 from text2sim.assets.mechanism import Mechanisms
@@ -22,6 +24,7 @@ from text2sim.compiler.release_events import lower_watches
 from text2sim.compiler.rope_frequencies import taut_frequencies
 from text2sim.compiler.selection import select
 from text2sim.compiler.settings import Settings, Traits, derive
+from text2sim.compiler.shapes.rotation import vector_dot, vector_minus, vector_unit
 from text2sim.compiler.shapes.sizes import MAX_PIECES
 from text2sim.compiler.slopes import has_slopes
 from text2sim.compiler.soft.controls import SoftControls
@@ -39,6 +42,10 @@ from text2sim.spec_schema.models.repeat import Fragments
 from text2sim.spec_schema.models.soft_bodies import Beam, Rope, Round
 from text2sim.spec_schema.names.references import check_references
 from text2sim.spec_schema.whole_files import naming
+
+WOUND, SHARP = radians(150), radians(80)
+"""Angle by which the points of a rope turn in all if it goes round something, and that of a corner, where it is folded
+instead."""
 
 
 @dataclass(frozen=True)
@@ -217,7 +224,7 @@ def _traits(
         rolls=lowering.rolls,
         swiftest=max(map(_spring_frequency, moving), default=0.0),
         tautest=max(taut_frequencies(lowering, groups, moving, rows, gravity).values(), default=0.0),
-        wound=any(isinstance(point, Round) for body in bodies.values() for point in getattr(body, "along", None) or ()),
+        wound=any(isinstance(body, Rope) and _is_wound(body) for body in bodies.values()),
         slightest=min((smallest_share(tree) for tree in trees), default=1.0),
         fragments=any(isinstance(getattr(body, "repeat", None), Fragments) for body in bodies.values()),
         carries=any(True for _ in carriers(placed)),
@@ -231,6 +238,15 @@ def _spring_frequency(copy: Copy) -> float:
     if isinstance(copy.model, Rope):
         return rope_frequency(copy.model)
     return beam_frequency(copy.model) if isinstance(copy.model, Beam) else 0.0
+
+
+def _is_wound(rope: Rope) -> bool:
+    """Return whether a rope goes round something: it says so, or its points turn by almost half a turn bit by bit."""
+    along = rope.along or []
+    points = [point for point in along if not isinstance(point, Round)]
+    ways = [vector_unit(vector_minus(b, a)) for a, b in pairwise(points) if a != b]
+    bends = [acos(max(-1.0, min(1.0, vector_dot(a, b)))) for a, b in pairwise(ways)]
+    return len(points) < len(along) or sum(bend for bend in bends if bend < SHARP) > WOUND
 
 
 def _frictions(loaded: LoadedCase, placed: dict[str, list[Copy]]) -> Iterator[Friction]:
