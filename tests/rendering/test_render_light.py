@@ -5,10 +5,12 @@ import pytest
 import yaml
 
 from text2sim.compiler.build import plan_case
+from text2sim.compiler.looks import oklab
 from text2sim.rendering import tone
 from text2sim.rendering.lights import emitters
 from text2sim.rendering.renderer import mitsuba
 from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.models.colors import rgb
 
 pytestmark = pytest.mark.usefixtures("tracer")
 
@@ -88,3 +90,15 @@ def test_curves_keep_black_grey_and_order(curve: str) -> None:
     assert np.all(np.diff(shown[:, 0]) >= 0)
     assert 0.3 < shown[2, 0] < 0.6
     assert 0.75 < shown[4, 0] <= 1.0
+
+
+@pytest.mark.parametrize("shade", [0.5, 0.25, 0.1])
+@pytest.mark.parametrize("color", ["#8f562b", "#1e7d36", "#3d5238", "#6a5440", "#7d9a5b", "#b01c2e", "#f0c8a0"])
+def test_colors_in_shade_keep_hue_and_chroma(color: str, shade: float) -> None:
+    """Chroma and hue in Oklab against those of the same light at the displayed luminance, which has no tone curve."""
+    light = tone.linear(np.array(rgb(color))) * shade
+    shown = tone.developed(light[None, None], 1.0, "agx")[0, 0]
+    plain = tone.encoded(light * (tone.linear(shown) @ tone.LUMA) / (light @ tone.LUMA))
+    (_, *seen), (_, *true) = oklab(tuple(shown)), oklab(tuple(plain))
+    assert 0.85 < np.hypot(*seen) / np.hypot(*true) < 1.2
+    assert abs(np.degrees(np.arctan2(*seen) - np.arctan2(*true))) < 4

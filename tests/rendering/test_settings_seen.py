@@ -48,6 +48,22 @@ def test_a_place_is_chosen_where_nothing_is_said_of_light_or_backdrop():
     assert film("{setting: meadow, background: red}")["background"] == (1, 0, 0)
 
 
+def test_a_hedge_or_a_tree_puts_a_place_that_nobody_named_out_of_doors():
+    hedge = ", hedge: {shape: {kind: box, size: [SIZE, 0.3, 0.5]}, pose: {pos: [0, 1, 0.25]}, look: {finish: foliage}}"
+
+    def behind(size, render="{}"):
+        text = CASE.replace("RENDER", render).replace("LOOK}}}", "}" + hedge.replace("SIZE", size) + "}}")
+        return plan_case(load_text(text)).render["backdrop"]
+
+    assert (behind("3")["kind"], behind("3")["skyline"], behind("3")["floor"]["pattern"]) == (
+        "horizon",
+        "wood",
+        "slabs",
+    )
+    assert behind("0.1")["kind"] == "wall", "a potted plant"
+    assert behind("3", "{setting: room}")["kind"] == "wall"
+
+
 def test_shadows_of_a_place_that_nobody_named_are_deep():
     lights = film()["lights"]
     shade = sum(lights[name]["strength"] for name in ("front", "fill"))

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from text2sim.compiler.default_colors import STATIC_COLOR
 from text2sim.compiler.film_cameras import FilmedScene, extent, ground_planes
-from text2sim.compiler.looks import all_colors, has_glass, luminance, oklab, rounded_rgb
+from text2sim.compiler.looks import all_colors, has_glass, looks_of, luminance, oklab, rounded_rgb
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.colors import rgb
 from text2sim.spec_schema.models.render import Render
@@ -79,6 +79,10 @@ JOINT_DISTANCES = {
 """Least and greatest distance [m] of the joints of a pattern, or size of what it repeats."""
 JOINT_SHARE = 0.45
 """That distance within these limits, in radii of the scene."""
+GREENERY = "foliage"
+"""Finish of hedges and trees."""
+GREENERY_SHARE = 0.3
+"""Least radius of a part of a hedge or tree that puts a scene out of doors, in radii of the scene: no potted plant."""
 LIT_BRIGHTNESS, ADAPTED_SHARE, MAX_ADAPTED_STOPS = 0.33, 0.5, 0.7
 """Brightness of the floor that lights are made for, the part of another floor's difference in stops that exposure makes
 up for, and the most stops of that."""
@@ -97,9 +101,12 @@ def place_of(render: Render, scene: FilmedScene) -> FilmPlace | None:
         return None
     if any(_is_green(copy.model.look.color) for copy in ground_planes(scene)):
         return PLACES["meadow"]
+    radius = extent(scene)[1]
+    if _has_greenery(scene, GREENERY_SHARE * radius):
+        return PLACES["street"]._replace(pattern="slabs", skyline="wood")
     colors = _colors(scene)
     pattern, color, behind = FLOORS_AND_WALLS[max(range(len(FLOORS_AND_WALLS)), key=lambda k: _contrast(k, colors))]
-    if extent(scene)[1] < MAX_TABLE_RADIUS:
+    if radius < MAX_TABLE_RADIUS:
         pattern = "polished"
     return PLACES["workshop"]._replace(pattern=pattern, floor=color, behind=behind, wall="plaster")
 
@@ -146,6 +153,16 @@ def open_ground(scene: FilmedScene, radius: float) -> dict[str, Any] | None:
             usual = PLACES["meadow" if _is_green(color) else "yard" if _is_brown(color) else "street"]
             return floor_of(usual, scene, radius, named=False)
     return None
+
+
+def _has_greenery(scene: FilmedScene, least: float) -> bool:
+    """Return whether a hedge or a tree with a part of at least this radius [m] stands in the scene."""
+    return any(
+        GREENERY in {look.finish for copy in copies for look in looks_of(copy.model)}
+        and max(radius for _, radius in scene.around([name])) >= least
+        for name, copies in scene.placed.items()
+        if name not in scene.moving and not all(copy in ground_planes(scene) for copy in copies)
+    )
 
 
 def _is_green(color: Any) -> bool:

@@ -18,8 +18,11 @@ AGX_OUT = np.linalg.inv(AGX_IN)
 AGX_LOW, AGX_HIGH = -12.47393, 4.026069
 """Lower and upper end of the tone curve, as powers of two."""
 AGX_CURVE = (15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232)
-CONTRAST, SATURATION = 1.3, 1.22
+CONTRAST, SATURATION = 1.3, 1.14
 """Contrast and saturation of the grading, a milder form of AgX's "punchy" look: AgX alone is meant to be graded."""
+KEPT, KEPT_LESS = 0.9, 0.6
+"""Share of the light's own chromaticity that black keeps, and by how much white keeps less of it. Curves of single
+channels make lights pale, as film does, but shadows garish: brown wood becomes orange, dark green glows."""
 AGX_GAIN = 2.0
 """Exposure before AgX: a fully lit white sheet is displayed as 83 % of white, with three stops above it."""
 ACES_IN = np.array([[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]])
@@ -79,4 +82,9 @@ def _agx(light: Array) -> Array:
     grey = (shown @ LUMA)[..., None]
     shown = grey + SATURATION * (shown - grey)
     # The curve's result is already encoded for display.
-    return encoded(np.clip(np.maximum(shown @ AGX_OUT.T, 0.0) ** 2.2, 0.0, 1.0))
+    graded = np.maximum(shown @ AGX_OUT.T, 0.0) ** 2.2
+    bright = (graded @ LUMA)[..., None]
+    own = light * (bright / np.maximum(light @ LUMA, 1e-9)[..., None]) - bright
+    own = bright + own / np.maximum((own / np.maximum(1 - bright, 1e-6)).max(-1, keepdims=True), 1.0)
+    kept = np.clip(KEPT - KEPT_LESS * encoded(bright), 0.0, 1.0)
+    return encoded(np.clip(graded + kept * (own - graded), 0.0, 1.0))
