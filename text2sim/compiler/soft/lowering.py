@@ -22,6 +22,7 @@ from text2sim.compiler.soft.solvers import FAMILIES, solver_of, touches_soft, un
 from text2sim.compiler.soft.streams import stream_arguments
 from text2sim.compiler.trees.tree import Tree
 from text2sim.spec_schema.errors import AssetError
+from text2sim.spec_schema.models.materials import LEAST_FRICTION
 from text2sim.spec_schema.models.scene import Scene
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Compound
@@ -110,7 +111,7 @@ class SoftLowering:
         if not touches_soft(model):
             options["needs_coup"] = False
         elif self.model in ("particle", "sap"):
-            options["coup_friction"] = material.friction
+            options["coup_friction"] = material.friction if material.friction > LEAST_FRICTION else 0.0
             reach = material.soft_reach or self.scales.reach or CONTACT_REACH
             if reach != CONTACT_REACH:
                 options["coup_softness"] = float(f"{reach:.3g}")

@@ -21,6 +21,9 @@ from text2sim.spec_schema.models.colors import Color, ColorName
 DENSITY = 1000.0
 """Density [kg/m3] of rigid bodies whose material gives neither density nor mass."""
 
+LEAST_FRICTION = 0.01
+"""Smallest coefficient that the engine takes between rigid bodies."""
+
 
 class Material(Model):
     """Mass and contact properties of a rigid body."""
@@ -29,8 +32,9 @@ class Material(Model):
     """Density [kg/m3]; unset if `mass` is given."""
     mass: Mass | None = None
     """Mass [kg] of one copy, instead of `density`."""
-    friction: Real = Field(default=0.5, ge=0.01, le=5.0)
-    """Coulomb coefficient. For a pair of bodies the larger value applies, unless `scene.contact.pairs` gives one."""
+    friction: Real = Field(default=0.5, ge=LEAST_FRICTION, le=5.0)
+    """Coulomb coefficient. For a pair of bodies the larger value applies, unless `scene.contact.pairs` gives one. For
+    deformable bodies 0.01 counts as none."""
     rolling_friction: Real = Field(default=0.0, ge=0.0, le=1.0)
     """Rolling resistance [m]: the torque is this length times the normal force; of a pair, the larger value applies. A
     ball or wheel of radius r with a coefficient of rolling resistance c (0.01 for a billiard ball) needs c r; with a
