@@ -57,6 +57,20 @@ def test_what_is_further_away_is_not_drawn_out():
         assert not len(wetting.places)
 
 
+@pytest.mark.parametrize("angle", [-60, 60])
+def test_what_is_behind_a_pane_is_not_touched(angle):
+    pane = box((0.2, -0.3, 0.0), (0.215, 0.3, 0.4))
+    others = [TANK[0], box((-0.3, -0.3, 0.0), (-0.2, 0.3, 0.4)), *TANK[3:]]
+    straight, turn = box((-0.005, -0.02, -0.05), (0.005, 0.02, 0.05)), np.radians(angle)
+    turned = np.array([(np.cos(turn), 0, np.sin(turn)), (0, 1, 0), (-np.sin(turn), 0, np.cos(turn))])
+    rod = straight._replace(vertices=straight.vertices @ turned.T + (0.265, 0, 0.05))
+    water = block((-0.195, -0.195, 0.005), (0.195, 0.195, 0.1))
+    alone, beside = (wetted(water, SPACING, [pane, *others, *more]) for more in ([], [rod]))
+    assert_array_equal(alone.points, beside.points)
+    without, touched = (wetted(water, SPACING, [*others, *more]) for more in ([], [rod]))
+    assert len(touched.points) > len(without.points) + 100, "the rod is near enough"
+
+
 def test_a_slope_is_wetted_across_itself():
     slope = np.array([(-1, -1, -1), (1, -1, 1), (1, 1, 1), (-1, 1, -1)], float) * (0.3, 0.3, 0.3)
     normal = np.array([-1, 0, 1]) / np.sqrt(2)

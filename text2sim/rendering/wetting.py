@@ -6,7 +6,7 @@ the walls that a liquid touches and into them, and the surface around all of the
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -42,10 +42,14 @@ NEAR = 2.0
 """Distance [particle distances] of the surface beyond added particles, at most."""
 OPPOSITE = 0.5
 """Cosine of the angle between two walls from which they face each other."""
+FACING = 0.25
+"""Cosine of the angle between the normal of a surface and a way, from which it leads out of a body there."""
 BESIDE = 2.0
 """Distance [particle distances] from the nearest place that a liquid touches, from which there is no wall."""
 CREASE = 0.8
 """Cosine of the angle between parts of a liquid's surface on walls from which there is an edge between them."""
+BETWEEN = 0.5
+"""Distance [particle distances] of the points on the way to a surface at which another one may be in between."""
 MAX_SAMPLES = 200_000
 """Points of walls; large faces are divided no further than that."""
 
@@ -82,12 +86,29 @@ def wetted(points: Array, spacing: float, walls: Sequence[Wall]) -> Wetting:
     cross = scaled_normals(corners)
     size = np.linalg.norm(cross, axis=1)
     corners, clear, normals = corners[size > 0], clear[size > 0], cross[size > 0] / size[size > 0, None]
+    owner = np.repeat(np.arange(len(walls)), [len(part) for part in split])[size > 0]
     places = corners.mean(axis=1) + BEFORE * spacing * normals
+    if not len(places):
+        return wetting
+    faces = KDTree(places)
+
+    def hidden(point: Array, place: Array) -> NDArray[np.bool_]:
+        """Return whether one leaves a body on the way from a point to a place."""
+        found, way = np.zeros(len(point), bool), place - point
+        long = np.linalg.norm(way, axis=1)
+        for part in np.arange(BETWEEN, TOUCHING + 1, BETWEEN) * spacing:
+            k = np.flatnonzero(part < long - CLOSE * spacing)
+            ahead = way[k] / long[k, None]
+            away, index = faces.query(point[k] + part * ahead, distance_upper_bound=CLOSE * spacing)
+            seen = np.isfinite(away)
+            found[k[seen]] |= (normals[index[seen]] * ahead[seen]).sum(axis=1) > FACING
+        return found
+
     # One direction after another, so that what is new beside one wall reaches the next: edges and corners fill, too.
     side = _sides(normals)
     for one in np.unique(side):
         own = side == one
-        wetting = _filled(wetting, spacing, places[own], normals[own], clear[own])
+        wetting = _filled(wetting, spacing, places[own], normals[own], clear[own], owner[own], hidden)
     return wetting
 
 
@@ -159,7 +180,15 @@ def creased(vertices: Array, faces: NDArray[np.integer], on: NDArray[np.bool_]) 
     return vertices[pairs // many], faces.reshape(-1, 3)
 
 
-def _filled(made: Wetting, spacing: float, places: Array, normals: Array, clear: NDArray[np.bool_]) -> Wetting:
+def _filled(
+    made: Wetting,
+    spacing: float,
+    places: Array,
+    normals: Array,
+    clear: NDArray[np.bool_],
+    owner: NDArray[np.integer],
+    hidden: Callable[[Array, Array], NDArray[np.bool_]],
+) -> Wetting:
     """Return particles with more on the way from them to the walls of one direction, and into these."""
     points, reach = made.points, TOUCHING * spacing
     away, nearest = KDTree(places).query(points, distance_upper_bound=reach + spacing)
@@ -169,8 +198,14 @@ def _filled(made: Wetting, spacing: float, places: Array, normals: Array, clear:
     gap = ((points[k] - place) * normal).sum(axis=1)
     # A particle in a wall does not touch the end of another pane there, nor the other side of a thin wall.
     near = (gap > 0) & (gap <= reach) & ((made.beyond[k] * normal).sum(axis=1) > -OPPOSITE)
+    # A liquid does not touch what is behind a pane. What was added in a pane may lie behind it, and touches only what
+    # the liquid touches elsewhere.
+    its = ~made.beyond[k].any(axis=1)
+    seen = np.flatnonzero(near & its)
+    near[seen] = ~hidden(points[k[seen]], place[seen])
+    near &= its | np.isin(owner[touching], owner[touching[near & its]])
     k, normal, gap, glassy = k[near], normal[near], gap[near], glassy[near]
-    wet = np.unique(touching[near][glassy & ~made.beyond[k].any(axis=1)])
+    wet = np.unique(touching[near][glassy & its[near]])
     found, beyond = [points], [made.beyond]
     past = np.where(glassy, PAST_CLEAR, PAST_OPAQUE) * spacing
     for step in range(1, math.ceil(TOUCHING + PAST_CLEAR) + 1):
