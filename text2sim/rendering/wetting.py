@@ -101,7 +101,7 @@ def wetted(points: Array, spacing: float, walls: Sequence[Wall]) -> Wetting:
             ahead = way[k] / long[k, None]
             away, index = faces.query(point[k] + part * ahead, distance_upper_bound=CLOSE * spacing)
             seen = np.isfinite(away)
-            found[k[seen]] |= (normals[index[seen]] * ahead[seen]).sum(axis=1) > FACING
+            found[k[seen]] |= (normals[np.asarray(index)[seen]] * ahead[seen]).sum(axis=1) > FACING
         return found
 
     # One direction after another, so that what is new beside one wall reaches the next: edges and corners fill, too.
@@ -200,7 +200,7 @@ def _filled(
     near = (gap > 0) & (gap <= reach) & ((made.beyond[k] * normal).sum(axis=1) > -OPPOSITE)
     # A liquid does not touch what is behind a pane. What was added in a pane may lie behind it, and touches only what
     # the liquid touches elsewhere.
-    its = ~made.beyond[k].any(axis=1)
+    its = np.asarray(~made.beyond[k].any(axis=1))
     seen = np.flatnonzero(near & its)
     near[seen] = ~hidden(points[k[seen]], place[seen])
     near &= its | np.isin(owner[touching], owner[touching[near & its]])
