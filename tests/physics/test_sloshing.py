@@ -53,7 +53,7 @@ def _swings(trial) -> tuple[np.ndarray, np.ndarray]:
     return t[turns], x[turns]
 
 
-def test_a_wave_has_its_period_and_dies_by_friction_alone(simulate):
+def test_a_wave_has_its_period_and_friction_takes_it_away(simulate):
     """The first standing wave in a tank has the period T = 2 pi / sqrt(g k tanh(k h)) with k = pi / L.
 
     So says Lamb, Hydrodynamics, section 228, of low waves; this one is a quarter of the depth high, for which it gets a

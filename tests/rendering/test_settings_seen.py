@@ -55,11 +55,8 @@ def test_a_hedge_or_a_tree_puts_a_place_that_nobody_named_out_of_doors():
         text = CASE.replace("RENDER", render).replace("LOOK}}}", "}" + hedge.replace("SIZE", size) + "}}")
         return plan_case(load_text(text)).render["backdrop"]
 
-    assert (behind("3")["kind"], behind("3")["skyline"], behind("3")["floor"]["pattern"]) == (
-        "horizon",
-        "wood",
-        "slabs",
-    )
+    outside = behind("3")
+    assert (outside["kind"], outside["skyline"], outside["floor"]["pattern"]) == ("horizon", "wood", "slabs")
     assert behind("0.1")["kind"] == "wall", "a potted plant"
     assert behind("3", "{setting: room}")["kind"] == "wall"
 

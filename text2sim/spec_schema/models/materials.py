@@ -34,7 +34,7 @@ class Material(Model):
     """Mass [kg] of one copy, instead of `density`."""
     friction: Real = Field(default=0.5, ge=LEAST_FRICTION, le=5.0)
     """Coulomb coefficient. For a pair of bodies the larger value applies, unless `scene.contact.pairs` gives one. For
-    deformable bodies 0.01 counts as none."""
+    liquids 0.01 counts as none."""
     rolling_friction: Real = Field(default=0.0, ge=0.0, le=1.0)
     """Rolling resistance [m]: the torque is this length times the normal force; of a pair, the larger value applies. A
     ball or wheel of radius r with a coefficient of rolling resistance c (0.01 for a billiard ball) needs c r; with a

@@ -128,7 +128,7 @@ class LiquidMaterial(Model):
 
     Waves live on only in a vessel whose `friction` is 0.01, which counts as none: with 0.1 the standing wave in a bowl
     of 0.2 m dies within one swing. If the vessel is 16 cells of the grid across, a wave keeps three quarters of its
-    height in each period; with 8 cells next to nothing.
+    height in each period; with fewer cells, less.
     """
 
     density: Density = 1000.0
