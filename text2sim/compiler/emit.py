@@ -127,6 +127,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
     copied += ["internal_damping.py"] if context["dampings"] else []
     copied += ["gas.py"] if context["gases"] else []
     copied += ["flows.py"] if context["streams"] else []
+    copied += ["touched_nodes.py"] if context["masses"] else []
     copied += ["solid_walls.py"] if context["flowing"] or context["adhesions"] else []
     copied += ["liquid_volume.py"] if context["liquids"] else []
     copied += ["adhesion.py"] if context["adhesions"] else []
@@ -228,6 +229,7 @@ def _context(plan: Plan) -> dict[str, Any]:
         "uneven": len({damping for name, damping in plan.contact.items() if name not in plan.silent}) > 1,
         "link_contact": {tuple(name.split(".")): damping for name, damping in plan.contact.items() if "." in name},
         "cloth_on_grid": soft is not None and bool(soft.mpm and soft.pbd) and soft.model == "particle",
+        "on_grid": _on_grid(plan),
         "cloth": next((name for name, facts in plan.deformables.items() if facts.solver == "pbd"), None),
         "own_materials": own_materials,
         "rate_dependent": own_materials & RATE_DEPENDENT,
@@ -247,6 +249,13 @@ def _context(plan: Plan) -> dict[str, Any]:
         "bending": {name: facts.bending for name, facts in plan.deformables.items() if facts.bending},
         **action_context(plan),
     }
+
+
+def _on_grid(plan: Plan) -> str | None:
+    """Return one of the bodies that move on a grid; None under contact models that leave the grid still."""
+    if plan.settings.soft is None or plan.settings.soft.model not in ("particle", "rigid"):
+        return None
+    return next((name for name, facts in plan.deformables.items() if facts.solver == "mpm"), None)
 
 
 def _reasons(soft: SoftSettings | None) -> dict[str, Code]:

@@ -10,6 +10,7 @@ from genesis.engine.solvers.rigid.abd.forward_dynamics import func_vel_at_point
 from genesis.engine.solvers.rigid.abd.misc import func_apply_coupling_force
 from genesis.utils.array_class import GeomsInfo, GeomsState, LinksState, RigidInfo, SDFInfo
 from solid_walls import surface_at
+from touched_nodes import touched
 
 
 def add_adhesion(bodies, strengths):
@@ -32,9 +33,9 @@ def add_adhesion(bodies, strengths):
     def step(f, *args, **options):
         grid_step(f, *args, **options)
         _hold(
-            mpm.particles, mpm.particles_ng, mpm.grid, own, sticky, f, *corner, mpm.dx, mpm.substep_dt,
-            1 / mpm.particle_volume_scale, state.geoms, facts.geoms, state.links, collider.sdf.sdf_info,
-            rigid.rigid_info, collider.collider_config,
+            mpm.particles, mpm.particles_ng, mpm.grid, mpm.grid_dirty_list, mpm.grid_dirty_count, own, sticky, f, *corner,
+            mpm.dx, mpm.substep_dt, 1 / mpm.particle_volume_scale, state.geoms, facts.geoms, state.links,
+            collider.sdf.sdf_info, rigid.rigid_info, collider.collider_config,
         )  # fmt: skip
 
     coupler.mpm_grid_op = step
@@ -45,6 +46,8 @@ def _hold(
     particles: qd.template(),
     flags: qd.template(),
     grid: qd.template(),
+    nodes: qd.template(),
+    count: qd.template(),
     own: qd.template(),
     sticky: qd.template(),
     f: qd.i32,
@@ -71,7 +74,8 @@ def _hold(
             base = qd.floor(particles[f, i, 0].pos / dx - 0.5).cast(gs.qd_int) - qd.Vector([x, y, z])
             for offset in qd.static(qd.grouped(qd.ndrange(3, 3, 3))):
                 sticky[base + offset] = own[i]
-    for ii, jj, kk in qd.ndrange(*grid.shape[1:4]):
+    for n in range(count[0]):
+        ii, jj, kk = touched(n, nodes, grid)
         stress = sticky[ii, jj, kk]
         if stress > 0.0:
             sticky[ii, jj, kk] = 0.0

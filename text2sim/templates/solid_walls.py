@@ -12,6 +12,7 @@ from genesis.engine.solvers.rigid.abd.misc import func_apply_coupling_force
 from genesis.utils import geom as gu
 from genesis.utils.array_class import GeomsInfo, GeomsState, LinksState, RigidInfo, SDFInfo
 from genesis.utils.sdf import sdf_func_normal_world, sdf_func_world
+from touched_nodes import touched
 
 SUPPORTED = 0.56  # cells between a wall and a node that it holds up
 DIRECTIONS = np.array([d for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)]) - 1  # to faces, edges and corners of a cube
@@ -76,8 +77,9 @@ def _hold_up(sim):
     def step(f, *args, **options):
         grid_step(f, *args, **options)
         _stop_nodes(
-            mpm.grid, tips, f, *corner, mpm.dx, mpm.substep_dt, mpm._particle_volume_scale, state.geoms, facts.geoms,
-            state.links, collider.sdf.sdf_info, rigid.rigid_info, collider.collider_config,
+            mpm.grid, mpm.grid_dirty_list, mpm.grid_dirty_count, tips, f, *corner, mpm.dx, mpm.substep_dt,
+            mpm._particle_volume_scale, state.geoms, facts.geoms, state.links, collider.sdf.sdf_info, rigid.rigid_info,
+            collider.collider_config,
         )  # fmt: skip
 
     coupler.mpm_grid_op = step
@@ -86,6 +88,8 @@ def _hold_up(sim):
 @qd.kernel
 def _stop_nodes(
     grid: qd.template(),
+    nodes: qd.template(),
+    count: qd.template(),
     tips: qd.template(),
     f: qd.i32,
     x: qd.i32,
@@ -101,7 +105,8 @@ def _stop_nodes(
     rigid_info: RigidInfo,
     collider_static_config: qd.template(),
 ):
-    for ii, jj, kk in qd.ndrange(*grid.shape[1:4]):
+    for n in range(count[0]):
+        ii, jj, kk = touched(n, nodes, grid)
         if grid[f, ii, jj, kk, 0].mass > gs.EPS:
             pos = qd.Vector([ii + x, jj + y, kk + z]) * dx
             for g in range(geoms_info.needs_coup.shape[0]):

@@ -5,6 +5,7 @@ from pathlib import Path
 import genesis as gs
 from filling import weigh
 from solid_walls import keep_out
+from touched_nodes import visit_touched
 
 HERE = Path(__file__).resolve().parent
 
@@ -51,6 +52,7 @@ def add_bodies(scene):
 
 def configure(bodies):
     """Apply the settings that need a built scene."""
+    visit_touched(bodies["sand"].sim)
     keep_out(
         [
             bodies["sand"],

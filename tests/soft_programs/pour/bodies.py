@@ -6,6 +6,7 @@ import genesis as gs
 from filling import weigh
 from liquid_volume import keep_volume
 from solid_walls import keep_out
+from touched_nodes import visit_touched
 
 HERE = Path(__file__).resolve().parent
 
@@ -97,6 +98,7 @@ def add_bodies(scene):
 
 def configure(bodies):
     """Apply the settings that need a built scene."""
+    visit_touched(bodies["sand"].sim)
     keep_out(
         [
             bodies["sand"],
