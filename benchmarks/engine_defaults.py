@@ -18,7 +18,7 @@ from text2sim.spec_schema.load import load_case
 SCENES = Path(__file__).with_name("scenes")
 LEFT_OUT = {
     "cloth_falls_far": ("scene.py", r"hash_grid_res=\([^)]*\),"),
-    "water_poured": ("bodies.py", r"    visit_touched\(.*\)\n"),
+    "water_poured": ("bodies.py", r"    skip_far\(.*\)\n"),
 }
 """Scene -> file of its program, and what is left out of it to have the engine's default."""
 LOOP = """

@@ -24,7 +24,7 @@ SOMETIMES = (
     "bending.py",
     "damp_sand.py",
     "solid_walls.py",
-    "touched_nodes.py",
+    "grid_step.py",
     "liquid_volume.py",
     "adhesion.py",
     "coils.py",

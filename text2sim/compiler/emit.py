@@ -45,6 +45,9 @@ OWN_MATERIALS = {
     "ViscousLiquid": ("viscous_liquid.py", "viscosity", 0.0),
 }
 """Materials of our own: their module, the property without which the engine's does, and its value in a copy without."""
+KEPT_OUT_EVERY = 1.25e-3
+"""Time [s] after which what flows is moved out of walls again, and compared with the room that it has; or a quarter of
+a step, if that is longer."""
 RATE_DEPENDENT = {"Viscoplastic", "ViscousLiquid"}
 """Those of them that need to know the substep."""
 
@@ -127,7 +130,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
     copied += ["internal_damping.py"] if context["dampings"] else []
     copied += ["gas.py"] if context["gases"] else []
     copied += ["flows.py"] if context["streams"] else []
-    copied += ["touched_nodes.py"] if context["masses"] else []
+    copied += ["grid_step.py"] if context["masses"] else []
     copied += ["solid_walls.py"] if context["flowing"] or context["adhesions"] else []
     copied += ["liquid_volume.py"] if context["liquids"] else []
     copied += ["adhesion.py"] if context["adhesions"] else []
@@ -245,7 +248,7 @@ def _context(plan: Plan) -> dict[str, Any]:
             for entity in plan.entities
             if entity.soft is not None and entity.soft.solver == "mpm"
         },
-        "kept_out_every": max(1, settings.substeps // 4),
+        "kept_out_every": max(1, settings.substeps // 4, round(KEPT_OUT_EVERY * settings.substeps / plan.dt)),
         "bending": {name: facts.bending for name, facts in plan.deformables.items() if facts.bending},
         **action_context(plan),
     }

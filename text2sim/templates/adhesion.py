@@ -9,8 +9,8 @@ import quadrants as qd
 from genesis.engine.solvers.rigid.abd.forward_dynamics import func_vel_at_point
 from genesis.engine.solvers.rigid.abd.misc import func_apply_coupling_force
 from genesis.utils.array_class import GeomsInfo, GeomsState, LinksState, RigidInfo, SDFInfo
+from grid_step import touched
 from solid_walls import surface_at
-from touched_nodes import touched
 
 
 def add_adhesion(bodies, strengths):
@@ -33,8 +33,8 @@ def add_adhesion(bodies, strengths):
     def step(f, *args, **options):
         grid_step(f, *args, **options)
         _hold(
-            mpm.particles, mpm.particles_ng, mpm.grid, mpm.grid_dirty_list, mpm.grid_dirty_count, own, sticky, f, *corner,
-            mpm.dx, mpm.substep_dt, 1 / mpm.particle_volume_scale, state.geoms, facts.geoms, state.links,
+            mpm.particles, mpm.particles_ng, mpm.grid, mpm.grid_dirty_list, mpm.grid_dirty_count, own, sticky, f,
+            *corner, mpm.dx, mpm.substep_dt, 1 / mpm.particle_volume_scale, state.geoms, facts.geoms, state.links,
             collider.sdf.sdf_info, rigid.rigid_info, collider.collider_config,
         )  # fmt: skip
 

@@ -43,7 +43,6 @@ def keep_volume(bodies, densities, liquids, every):
     def kept(f):
         substep(f)
         if sim.cur_substep_global % every == 0:
-            filled.fill(0.0)
             _fill(mpm.particles, mpm.particles_ng, mpm.particles_info, own, filled, f + 1, *corner, mpm.dx)
             for first, last in ranges:
                 _follow(
@@ -94,7 +93,12 @@ def _fill(
     z: qd.i32,
     dx: qd.f32,
 ):
-    """Add the volumes [m3] of all particles to the nodes around them."""
+    """Set the nodes around particles to the sum of the volumes [m3] there."""
+    for i in range(density.shape[0]):
+        if flags[f, i, 0].active:
+            base = _weights(particles[f, i, 0].pos, dx)[0]
+            for offset in qd.static(qd.grouped(qd.ndrange(3, 3, 3))):
+                filled[base - qd.Vector([x, y, z]) + offset] = 0.0
     for i in range(density.shape[0]):
         if flags[f, i, 0].active:
             base, _, w = _weights(particles[f, i, 0].pos, dx)

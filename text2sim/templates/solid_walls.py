@@ -12,7 +12,7 @@ from genesis.engine.solvers.rigid.abd.misc import func_apply_coupling_force
 from genesis.utils import geom as gu
 from genesis.utils.array_class import GeomsInfo, GeomsState, LinksState, RigidInfo, SDFInfo
 from genesis.utils.sdf import sdf_func_normal_world, sdf_func_world
-from touched_nodes import touched
+from grid_step import beside, touched
 
 SUPPORTED = 0.56  # cells between a wall and a node that it holds up
 DIRECTIONS = np.array([d for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)]) - 1  # to faces, edges and corners of a cube
@@ -129,11 +129,10 @@ def _encloses(tips: qd.template(), link, pos, normal, links_state: LinksState):
     """Return whether one of the tips of a link lies beyond a point, in the direction of the normal."""
     local = gu.qd_inv_transform_by_trans_quat(pos, links_state.pos[link, 0], links_state.quat[link, 0])
     away = gu.qd_inv_transform_by_quat(normal, links_state.quat[link, 0])
-    found = False
-    for k in range(tips.shape[1]):
-        if (tips[link, k] - local).dot(away) > 0.0:
-            found = True
-    return found
+    k = 0
+    while k < tips.shape[1] and (tips[link, k] - local).dot(away) <= 0.0:
+        k += 1
+    return k < tips.shape[1]
 
 
 @qd.kernel
@@ -192,27 +191,28 @@ def surface_at(
     rigid_info: RigidInfo,
     collider_static_config: qd.template(),
 ):
-    """Return the signed distance [m] of a point from a shape, and the normal there if it is near.
+    """Return the signed distance [m] of a point from a shape, and the normal there; infinite and 0 if it is not near.
 
     Args:
         g: Number of the shape.
         pos: The point [m].
-        near: Distance [m] below which the normal is needed.
+        near: Distance [m] that counts. Twice of it is looked at: what is round may stick out of its bounding box.
         geoms_state: Poses of the shapes.
         geoms_info: The shapes.
         sdf_info: Their distance fields.
         rigid_info: The rigid solver's constants.
         collider_static_config: The collider's settings.
     """
-    distance, normal = 0.0, qd.Vector([0.0, 0.0, 0.0])
-    if geoms_info.type[g] == gs.GEOM_TYPE.BOX:
-        distance, normal = _from_box(g, pos, geoms_state, geoms_info)
-    else:
-        distance = sdf_func_world(g, 0, pos, geoms_state, geoms_info, sdf_info)
-        if distance < near:
-            normal = sdf_func_normal_world(
-                g, 0, pos, geoms_state, geoms_info, rigid_info, sdf_info, collider_static_config
-            )
+    distance, normal = qd.math.inf, qd.Vector([0.0, 0.0, 0.0])
+    if beside(g, pos, 2.0 * near, geoms_state, geoms_info):
+        if geoms_info.type[g] == gs.GEOM_TYPE.BOX:
+            distance, normal = _from_box(g, pos, geoms_state, geoms_info)
+        else:
+            distance = sdf_func_world(g, 0, pos, geoms_state, geoms_info, sdf_info)
+            if distance < near:
+                normal = sdf_func_normal_world(
+                    g, 0, pos, geoms_state, geoms_info, rigid_info, sdf_info, collider_static_config
+                )
     return distance, normal
 
 

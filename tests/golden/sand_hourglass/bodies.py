@@ -4,8 +4,8 @@ from pathlib import Path
 
 import genesis as gs
 from filling import weigh
+from grid_step import skip_far
 from solid_walls import keep_out
-from touched_nodes import visit_touched
 
 HERE = Path(__file__).resolve().parent
 
@@ -52,10 +52,10 @@ def add_bodies(scene):
 
 def configure(bodies):
     """Apply the settings that need a built scene."""
-    visit_touched(bodies["sand"].sim)
+    skip_far(bodies["sand"].sim)
     keep_out(
         [
             bodies["sand"],
         ],
-        every=2,
+        every=4,
     )

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import genesis as gs
 from filling import weigh
-from touched_nodes import visit_touched
+from grid_step import skip_far
 
 HERE = Path(__file__).resolve().parent
 
@@ -151,4 +151,4 @@ def configure(bodies):
         bodies[name].set_dofs_kv([kv] * len(dofs), dofs)
         if limit is not None:
             bodies[name].set_dofs_force_range([-limit] * len(dofs), [limit] * len(dofs), dofs)
-    visit_touched(bodies["block[0]"].sim)
+    skip_far(bodies["block[0]"].sim)

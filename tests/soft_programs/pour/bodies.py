@@ -4,9 +4,9 @@ from pathlib import Path
 
 import genesis as gs
 from filling import weigh
+from grid_step import skip_far
 from liquid_volume import keep_volume
 from solid_walls import keep_out
-from touched_nodes import visit_touched
 
 HERE = Path(__file__).resolve().parent
 
@@ -98,7 +98,7 @@ def add_bodies(scene):
 
 def configure(bodies):
     """Apply the settings that need a built scene."""
-    visit_touched(bodies["sand"].sim)
+    skip_far(bodies["sand"].sim)
     keep_out(
         [
             bodies["sand"],

@@ -30,7 +30,8 @@ MAX_MPM_CELLS, MAX_PBD_CELLS = 3_000_000, 1_000_000
 HASH_CELL_DISTANCES, HASH_CELLS_PER_AXIS = 1.25, 32
 """Cell of the spatial hash of cloth in particle distances, as the engine has it, and cells along each axis; rounding
 may make the engine add one. The hash repeats in space, and every substep clears all of it: `python -m
-benchmarks.engine_defaults` measures 5.1 ms a substep, and 13.8 ms with the engine's default, which covers the whole space.
+benchmarks.engine_defaults` measures 5.1 ms a substep, and 13.8 ms with the engine's default, which covers the whole
+space.
 """
 SNOW_EXPONENT = 10.0
 """Of the engine's law of snow: compressed to a part Jp of its volume, it is exp(10 (1 - Jp)) times as stiff."""

@@ -4,8 +4,8 @@ import shutil
 
 import numpy as np
 
-from text2sim.recording.states import RunStates
 from tests.physics.conftest import rows
+from text2sim.recording.states import RunStates
 
 SCENE = """
 scene:
@@ -38,9 +38,11 @@ def test_the_engine_visits_all_nodes_and_comes_to_the_same(simulate, warm_engine
     trial = simulate(SCENE)
     other = trial.folder / "all_nodes"
     shutil.copytree(trial.folder / "program", other / "program")
-    module = other / "program/touched_nodes.py"
+    module = other / "program/grid_step.py"
     text = module.read_text()
-    shortened = text.replace("    sim.coupler.mpm_grid_op, sim.mpm_solver.reset_dirty_cells = grid.step, grid.clear\n", "")
+    shortened = text.replace(
+        "    sim.coupler.mpm_grid_op, sim.mpm_solver.reset_dirty_cells = grid.step, grid.clear\n", ""
+    )
     assert shortened != text
     module.write_text(shortened)
     warm_engine.run(other / "program", other)
