@@ -11,6 +11,7 @@ from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.models.prefab_models import PrefabParam
 from text2sim.spec_schema.reuse.catalogue import STAGE, built_in, example_case, examples, library
+from text2sim.spec_schema.reuse.expanded import expanded_text
 from text2sim.spec_schema.reuse.library import Definition
 from text2sim.spec_schema.text.writing import flow_text
 
@@ -93,9 +94,10 @@ def test_every_prefab_has_an_example_and_every_example_a_prefab():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_example_is_a_case_without_fault(name: str):
-    resolution = resolve_case(load_text(example_case(examples()[name])))
+    loaded = load_text(example_case(examples()[name]))
     assert f"use: {name}" in examples()[name]
-    assert lint_case(resolution).problems == []
+    assert lint_case(resolve_case(loaded)).problems == []
+    assert load_text(expanded_text(loaded)).data == loaded.data  # a run names its case by this text
 
 
 @pytest.mark.parametrize("name", NAMES)

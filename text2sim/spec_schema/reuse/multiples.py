@@ -42,8 +42,9 @@ def multiply(document: Document) -> tuple[Document, list[Problem]]:
         multiplied, room = _section(document, resolver, tree.at(path), path, problems, room)
         tree = put(tree, path, multiplied)
     sites = sites_of(tree.data)
-    # Expressions from a prefab may be long, and have a new path now.
-    composed = document.composed | (sites.keys() - document.sites.keys() if document.composed else frozenset())
+    # Expressions from a prefab may be long, and have a new path now; the old ones are gone.
+    new = sites.keys() - document.sites.keys() if document.composed else frozenset()
+    composed = (document.composed & sites.keys()) | new
     return replace(document, data=tree.data, root=tree.node, sites=sites, composed=composed), problems
 
 
