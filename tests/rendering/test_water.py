@@ -11,7 +11,7 @@ from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.scene import FilmMoment
 from text2sim.rendering.shapes import mesh_shape
 from text2sim.rendering.trace import Quality, trace
-from text2sim.rendering.water import INDEX, VEIL, absorption, clear_liquid, through_liquids, way
+from text2sim.rendering.water import INDEX, PUREST, VEIL, absorption, clear_liquid, through_liquids, way
 from text2sim.templates.shading import smooth_normals
 
 HEAD_ON = ((INDEX - 1) / (INDEX + 1)) ** 2
@@ -69,8 +69,9 @@ def test_water_over_a_floor_absorbs_by_its_depth(depth: float) -> None:
     wet = np.array(mi.render(solid, sensor=sensor(2), integrator=seen, spp=4))
     hue = COLOR**depth / max(COLOR**depth)
     veil = VEIL * (1 - min(hue))
+    scattered = veil * 0.7 * hue ** min(0.5, PUREST / -np.log(min(hue)))
     # Beer and Lambert, scattering, Fresnel.
-    expected = (1 - veil) * (1 - HEAD_ON) * COLOR**depth * 0.5 + veil * 0.7 * np.sqrt(hue) + HEAD_ON * 2.0
+    expected = (1 - veil) * (1 - HEAD_ON) * COLOR**depth * 0.5 + scattered + HEAD_ON * 2.0
     assert wet[..., :3].mean(axis=(0, 1)) == pytest.approx(expected, rel=1e-3)
     assert wet[..., -1] == pytest.approx(1.0), "nothing of the background is seen"
 

@@ -59,16 +59,34 @@ def test_what_is_further_away_is_not_drawn_out():
 
 @pytest.mark.parametrize("angle", [-60, 60])
 def test_what_is_behind_a_pane_is_not_touched(angle):
-    pane = box((0.2, -0.3, 0.0), (0.215, 0.3, 0.4))
+    pane = box((0.2, -0.3, 0.0), (0.204, 0.3, 0.4))
     others = [TANK[0], box((-0.3, -0.3, 0.0), (-0.2, 0.3, 0.4)), *TANK[3:]]
-    straight, turn = box((-0.005, -0.02, -0.05), (0.005, 0.02, 0.05)), np.radians(angle)
+    straight, turn = box((-0.005, -0.15, -0.05), (0.005, 0.15, 0.05)), np.radians(angle)
     turned = np.array([(np.cos(turn), 0, np.sin(turn)), (0, 1, 0), (-np.sin(turn), 0, np.cos(turn))])
-    rod = straight._replace(vertices=straight.vertices @ turned.T + (0.265, 0, 0.05))
+    board = straight._replace(vertices=straight.vertices @ turned.T + (0.254, 0, 0.05))
     water = block((-0.195, -0.195, 0.005), (0.195, 0.195, 0.1))
-    alone, beside = (wetted(water, SPACING, [pane, *others, *more]) for more in ([], [rod]))
+    alone, beside = (wetted(water, SPACING, [pane, *others, *more]) for more in ([], [board]))
     assert_array_equal(alone.points, beside.points)
-    without, touched = (wetted(water, SPACING, [*others, *more]) for more in ([], [rod]))
-    assert len(touched.points) > len(without.points) + 100, "the rod is near enough"
+    without, touched = (wetted(water, SPACING, [*others, *more]) for more in ([], [board]))
+    assert len(touched.points) > len(without.points) + 100, "the board is near enough"
+
+
+def test_nothing_is_drawn_between_joined_vessels():
+    """Their walls stand back to back, over the roof of the channel that joins them."""
+    glass = [
+        box((-0.13, -0.1, -0.02), (0.13, 0.1, 0.0)),
+        *(box((x - 0.015, -0.1, 0.0), (x + 0.015, 0.1, 0.3)) for x in (-0.115, 0.115)),
+        *(box((-0.1, y - 0.01, 0.0), (0.1, y + 0.01, 0.3)) for y in (-0.09, 0.09)),
+        *(box((x - 0.0075, -0.08, 0.065), (x + 0.0075, 0.08, 0.3)) for x in (-0.0225, 0.0225)),
+        box((-0.015, -0.08, 0.065), (0.015, 0.08, 0.08)),
+    ]
+    sides = [block((low, -0.075, 0.005), (high, 0.075, 0.2)) for low, high in ((-0.095, -0.035), (0.035, 0.095))]
+    water = np.concatenate([*sides, block((-0.035, -0.075, 0.005), (0.035, 0.075, 0.06))])
+    wetting = wetted(water, SPACING, glass)
+    cut, _ = cut_off(liquid_surface(wetting.points, SPACING / 2)[0], wetting, SPACING)
+    between = (abs(cut[:, 0]) < 0.028) & (cut[:, 2] > 0.067)
+    assert not between.any()
+    assert (np.abs(cut[:, 0] - 0.03) < 1e-3).any(), "and yet the water stands at the walls"
 
 
 def test_a_slope_is_wetted_across_itself():

@@ -26,8 +26,13 @@ EVENTS = 10
 """Largest number of surfaces of liquids on the way of a ray."""
 GLINT = 12.0
 """Largest radiance that liquids mirror, relative to a white sheet: lamps in ripples would be noise."""
-VEIL = 0.45
+VEIL = 0.5
 """Radiance of the light that a coloured liquid scatters, relative to a white sheet, where it is deep."""
+PUREST = 2.6
+"""Largest optical depth, by colour, from which scattered light comes: deep water is blue, but not as blue as light that
+only passed through it."""
+SIDES = 0.85
+"""Part of that radiance on upright faces of a liquid: most light comes from above."""
 COVER = "cover"
 """Channel of a picture with its coverage: Mitsuba's own coverage knows only hits and misses."""
 
@@ -188,7 +193,8 @@ def _kinds() -> tuple[Any, Any]:
             hue = found.passed / dr.maximum(dr.max(found.passed), 1e-6)
             veil = VEIL * (1 - dr.min(hue))
             # Half of the scattered light comes from less deep, where it has lost less of its colour.
-            scattered = veil * self.white * dr.sqrt(hue)
+            hue = dr.power(hue, dr.minimum(0.5, PUREST / dr.maximum(-dr.log(dr.min(hue)), 1e-6)))
+            scattered = veil * self.white * hue * (SIDES + (1 - SIDES) * found.normal.z)
             cover = dr.select(valid, 1.0, dr.maximum(1 - dr.mean(found.passed), dr.minimum(dr.mean(glint), 1.0)))
             return (1 - veil) * found.passed * light + scattered + glint, valid, [cover]
 

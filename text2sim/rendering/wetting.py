@@ -50,6 +50,8 @@ CREASE = 0.8
 """Cosine of the angle between parts of a liquid's surface on walls from which there is an edge between them."""
 BETWEEN = 0.5
 """Distance [particle distances] of the points on the way to a surface at which another one may be in between."""
+ASIDE = 1.2
+"""Distance [particle distances] along a wall from the nearest point of it, from which a particle is not in front of it."""
 MAX_SAMPLES = 200_000
 """Points of walls; large faces are divided no further than that."""
 
@@ -128,7 +130,9 @@ def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, N
         return moved, on
     sides, deepest = _sides(wetting.normals), (PAST_CLEAR + NEAR) * spacing
     reach = deepest + TOUCHING * spacing  # what is nearer to a corner than the particles was not touched
-    walls = [(KDTree(wetting.places[sides == one]), np.flatnonzero(sides == one)) for one in np.unique(sides)]
+    names = np.unique(sides).tolist()
+    walls = [(KDTree(wetting.places[sides == one]), np.flatnonzero(sides == one)) for one in names]
+    opposite = [(k, k + 1) for k, side in enumerate(names) if side % 2 == 0 and side + 1 in names]
     for _ in range(3):  # walls of a corner
         found = [tree.query(moved, distance_upper_bound=reach) for tree, _ in walls]
         away = np.stack([distance for distance, _ in found], axis=1)
@@ -142,6 +146,10 @@ def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, N
         behind = (from_first * np.take_along_axis(normal, first, 1)).sum(axis=2) < -BEFORE * spacing
         short = ((place - moved[rows, None]) * normal).sum(axis=2)
         short[behind | np.isinf(away) | (short > deepest)] = -np.inf
+        for one, other in opposite:  # back to back, as between two vessels: it is past the nearer one only
+            between = np.minimum(short[:, one], short[:, other]) > 0
+            farther = np.where(short[:, one] > short[:, other], one, other)
+            short[between, farther[between]] = -np.inf
         worst = short.argmax(axis=1)[:, None]
         short, normal = np.take_along_axis(short, worst, 1), np.take_along_axis(normal, worst[..., None], 1)[:, 0]
         past = short[:, 0] >= -BEFORE * spacing / 2
@@ -201,6 +209,7 @@ def _filled(
     # A liquid does not touch what is behind a pane. What was added in a pane may lie behind it, and touches only what
     # the liquid touches elsewhere.
     its = np.asarray(~made.beyond[k].any(axis=1))
+    near &= ~its | (np.linalg.norm(points[k] - place - gap[:, None] * normal, axis=1) < ASIDE * spacing)
     seen = np.flatnonzero(near & its)
     near[seen] = ~hidden(points[k[seen]], place[seen])
     near &= its | np.isin(owner[touching], owner[touching[near & its]])
