@@ -292,7 +292,7 @@ class LiquidSurface:
             if finish_of(look.finish).kind == "solid":
                 depth *= min(2 * (1 - look.opacity), 1.0)
             self._shade = absorption(1 - look.opacity * (1 - self._color), depth)
-        self.bsdf = clear_liquid() if self.is_clear else material("smooth")
+        self.bsdf = clear_liquid() if self.is_clear else material("smooth", two_sided=True)
 
     def shape(self, points: Array, walls: Sequence[Wall] = ()) -> Callable[[Any], Any] | None:
         """Return a factory of the surface that takes a material; None without a surface.

@@ -51,7 +51,7 @@ CREASE = 0.8
 BETWEEN = 0.5
 """Distance [particle distances] of the points on the way to a surface at which another one may be in between."""
 ASIDE = 1.2
-"""Distance [particle distances] along a wall from the nearest point of it, from which a particle is not in front of it."""
+"""Distance [particle distances] along a wall from its nearest point, from which a particle is not in front of it."""
 MAX_SAMPLES = 200_000
 """Points of walls; large faces are divided no further than that."""
 
