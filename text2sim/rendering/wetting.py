@@ -52,6 +52,10 @@ BETWEEN = 0.5
 """Distance [particle distances] of the points on the way to a surface at which another one may be in between."""
 ASIDE = 1.2
 """Distance [particle distances] along a wall from its nearest point, from which a particle is not in front of it."""
+NEIGHBOURS = 8
+"""Points of surfaces next to one of them that are looked at."""
+FLAT, FLUSH = 0.99, 0.02
+"""Cosine from which two surfaces face each other flatly, and gap [particle distances] up to which they are joined."""
 MAX_SAMPLES = 200_000
 """Points of walls; large faces are divided no further than that."""
 
@@ -90,6 +94,9 @@ def wetted(points: Array, spacing: float, walls: Sequence[Wall]) -> Wetting:
     corners, clear, normals = corners[size > 0], clear[size > 0], cross[size > 0] / size[size > 0, None]
     owner = np.repeat(np.arange(len(walls)), [len(part) for part in split])[size > 0]
     places = corners.mean(axis=1) + BEFORE * spacing * normals
+    if len(places):
+        bare = ~_covered(places, normals, spacing)
+        places, normals, clear, owner = places[bare], normals[bare], clear[bare], owner[bare]
     if not len(places):
         return wetting
     faces = KDTree(places)
@@ -142,18 +149,27 @@ def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, N
         place, normal = wetting.places[k], wetting.normals[k]
         first = away.argmin(axis=1)[:, None, None]
         from_first = place - np.take_along_axis(place, first, 1)
-        # Of walls that meet in an edge which points into the liquid, only the nearest counts.
-        behind = (from_first * np.take_along_axis(normal, first, 1)).sum(axis=2) < -BEFORE * spacing
+        # Of walls that meet in an edge which points into the liquid, only the nearest counts. What is past both is
+        # moved along both normals, or the surface would cut the edge off.
+        nearest = np.take_along_axis(normal, first, 1)
+        behind = (from_first * nearest).sum(axis=2) < -BEFORE * spacing
         short = ((place - moved[rows, None]) * normal).sum(axis=2)
+        aside = np.linalg.norm(moved[rows, None] + short[..., None] * normal - place, axis=2) > ASIDE * spacing
+        edge = behind & ~aside & (short > 0) & (short <= deepest)
+        edge &= (normal * nearest).sum(axis=2) > -OPPOSITE
+        least = np.where(edge, short, np.inf).min(axis=1, keepdims=True)
         short[behind | np.isinf(away) | (short > deepest)] = -np.inf
         for one, other in opposite:  # back to back, as between two vessels: it is past the nearer one only
             between = np.minimum(short[:, one], short[:, other]) > 0
             farther = np.where(short[:, one] > short[:, other], one, other)
             short[between, farther[between]] = -np.inf
         worst = short.argmax(axis=1)[:, None]
-        short, normal = np.take_along_axis(short, worst, 1), np.take_along_axis(normal, worst[..., None], 1)[:, 0]
+        edge &= worst == first[:, 0]
+        along = np.take_along_axis(normal, worst[..., None], 1)[:, 0] + (normal * edge[..., None]).sum(axis=1)
+        short = np.take_along_axis(short, worst, 1)
+        short = np.where(edge.any(axis=1, keepdims=True), np.minimum(short, least), short)
         past = short[:, 0] >= -BEFORE * spacing / 2
-        moved[rows[past]] += (short * normal)[past]
+        moved[rows[past]] += (short * along)[past]
         on[rows[past]] = True
     # Beside an edge, a wall is only an imaginary plane.
     beside = on & (KDTree(wetting.places).query(moved)[0] > BESIDE * spacing)
@@ -231,6 +247,15 @@ def _filled(
         np.concatenate([made.places, places[wet]]),
         np.concatenate([made.normals, normals[wet]]),
     )
+
+
+def _covered(places: Array, normals: Array, spacing: float) -> NDArray[np.bool_]:
+    """Return which points of surfaces (n, 3) another surface lies upon: no liquid comes between two joined panes."""
+    away, index = KDTree(places).query(places, k=NEIGHBOURS, distance_upper_bound=CLOSE * spacing)
+    index = np.where(np.isfinite(away), index, np.arange(len(places))[:, None])
+    ahead = ((places[index] - places[:, None]) * normals[:, None]).sum(axis=2)
+    facing = (normals[index] * normals[:, None]).sum(axis=2) < -FLAT
+    return (facing & (ahead > -(2 * BEFORE + FLUSH) * spacing)).any(axis=1)
 
 
 def _sides(normals: Array) -> NDArray[np.integer]:
