@@ -169,7 +169,7 @@ def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, N
         short = np.take_along_axis(short, worst, 1)
         short = np.where(edge.any(axis=1, keepdims=True), np.minimum(short, least), short)
         past = short[:, 0] >= -BEFORE * spacing / 2
-        moved[rows[past]] += (short * along)[past]
+        moved[rows[past]] += short[past] * along[past]
         on[rows[past]] = True
     # Beside an edge, a wall is only an imaginary plane.
     beside = on & (KDTree(wetting.places).query(moved)[0] > BESIDE * spacing)
