@@ -17,12 +17,13 @@ PAGE = (HERE.parents[1] / "docs" / "evaluation_results.md").read_text("utf-8")
 PROMPTS = read_suite(HERE / "recorded" / "user_requests.yaml")[0].prompts
 INTERRUPTED = ("awning_melons", "wobble_towers")
 COUNTED = [prompt for prompt in PROMPTS if prompt not in INTERRUPTED]
-FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST = (
+FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEWEST = (
     COUNTED[4:9],
     COUNTED[9:12],
     COUNTED[12:14],
     COUNTED[14:19],
-    COUNTED[19:],
+    COUNTED[19:23],
+    COUNTED[23:],
 )
 METHODS, KINDS = ("text2sim-with-cards", "agent-no-cards"), ("physical", "visual")
 
@@ -51,6 +52,7 @@ def test_means_and_differences_are_those_of_the_page():
         "two more": TWO_MORE,
         "last five": LAST,
         "four after them": LATEST,
+        "newest three": NEWEST,
     }
     for name, some in (parts | {"user requests": COUNTED}).items():
         found = [estimate([mark(p, METHODS[0], kind) - mark(p, METHODS[1], kind) for p in some]) for kind in KINDS]
@@ -84,4 +86,8 @@ def test_what_was_marked_below_one():
         *(("hanging_soup_tray", bare, name) for name in ("action.spills", "action.missing", "action.swings")),
         *(("hanging_soup_tray", ours, name) for name in ("action.spills", "action.missing")),
         ("slippery_pear_squirt", bare, "action.flattens"),
+        ("battery_bin_flaps", bare, "action.pressed"),
+        *(("three_joined_vessels", bare, name) for name in ("body.jug", "body.water")),
+        *(("three_joined_vessels", ours, name) for name in ("body.jug", "action.level")),
+        *(("wave_carries_crate", bare, name) for name in ("scene.calm", "action.bob")),
     }

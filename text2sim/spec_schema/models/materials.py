@@ -160,10 +160,10 @@ class Look(Model):
     """A name (`terracotta`) or `#rrggbb`. A list or a palette (`{palette: okabe_ito}`) is assigned in turn to copies,
     and to parts and links with `repeat`."""
     finish: Finish = "rough"
-    """Surface of the body; the preview shows its gloss. `glass` hardly shows: a pane that should be seen is `smooth` with
-    an opacity of 0.15. `stone` is rough-hewn, and rounds a box to a boulder. A liquid is by default as clear as water,
-    with the colour where it is deep; `smooth` with an opacity of 1 makes it milk or paint, and with 0.9 honey or syrup,
-    with the colour where it is thin, too."""
+    """Surface of the body; the preview shows its gloss. `glass` hardly shows: a pane that should be seen is `smooth`
+    with an opacity of 0.15. `stone` is rough-hewn, and rounds a box to a boulder. A liquid is by default as clear as
+    water, with the colour where it is deep; `smooth` with an opacity of 1 makes it milk or paint, and with 0.9 honey or
+    syrup, with the colour where it is thin, too."""
     pattern: Pattern | None = None
     """Boards, tiles or print over the colour, such as `{kind: stripes, size: 0.03, color: white}`: planks, bricks,
     tiles, checker, gingham, stripes, dots, rings; on boxes also carton, crate, book, pips."""
