@@ -170,7 +170,9 @@ def test_a_torn_body_is_open_and_shows_its_inside() -> None:
     assert not whole[np.abs(middle) < 0.1].any() and whole[np.abs(middle) > 0.3].all()
     thin = SoftSurface("soft0", bar, at_rest, {"faces": np.array(box.faces)}, particles=parted)
     assert thin.whole(at_rest, parted).all(), "skin that was far from its particles at the start has not torn"
-    assert not LiquidSurface("soft0", part("liquid", finish="smooth")).is_clear, "as paint"
+    paint = LiquidSurface("soft0", part("liquid", finish="smooth"))
+    assert not paint.is_clear
+    assert "twosided" in str(paint.bsdf).lower(), "else it is black where its surface is turned over"
     assert LiquidSurface("soft0", part("liquid", opacity=0.7, finish="smooth")).is_clear, "water by its opacity"
 
 

@@ -11,7 +11,7 @@ from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.scene import FilmMoment
 from text2sim.rendering.shapes import mesh_shape
 from text2sim.rendering.trace import Quality, trace
-from text2sim.rendering.water import INDEX, PUREST, VEIL, absorption, clear_liquid, through_liquids, way
+from text2sim.rendering.water import INDEX, PUREST, SIDES, VEIL, absorption, clear_liquid, through_liquids, way
 from text2sim.templates.shading import smooth_normals
 
 HEAD_ON = ((INDEX - 1) / (INDEX + 1)) ** 2
@@ -32,16 +32,16 @@ def cuboid(name: str, low: Any, high: Any, bsdf: Any, coefficient: Any = None) -
     return mesh_shape(name, bsdf, vertices, faces, normals[order], shades=shades)
 
 
-def pool(depth: float) -> tuple[Any, Any]:
+def pool(depth: float, length: float = 1.0) -> tuple[Any, Any]:
     """A floor at z = 0 that shines, and both with water of a depth [m] that reaches below the floor.
 
-    Light has the colour after 1 m.
+    Light has the colour after a length [m].
     """
     mi = mitsuba()
     light = {"type": "area", "radiance": {"type": "rgb", "value": 0.5}}
     shape = {"type": "rectangle", "to_world": mi.ScalarTransform4f().scale(9), "emitter": light}
     floor = mi.load_dict(shape)
-    water = cuboid("water", (-5, -5, -0.5), (5, 5, depth), clear_liquid(), absorption(COLOR, 1.0))
+    water = cuboid("water", (-5, -5, -0.5), (5, 5, depth), clear_liquid(), absorption(COLOR, length))
     solid = mi.load_dict({"type": "scene", "floor": floor}, optimize=False)
     return solid, mi.load_dict({"type": "scene", "floor": floor, "water": water}, optimize=False)
 
@@ -50,11 +50,11 @@ def room() -> Any:
     return mitsuba().load_dict({"type": "constant", "radiance": {"type": "rgb", "value": 2.0}})
 
 
-def sensor(size: int) -> Any:
-    """A camera that looks down with a square picture of some pixels."""
+def sensor(size: int, eye: tuple[float, ...] = (0, 0, 6), target: tuple[float, ...] = (0, 0, 0)) -> Any:
+    """A camera, which looks down if nothing is said, with a square picture of some pixels."""
     mi = mitsuba()
     return mi.load_dict({
-        "type": "perspective", "fov": 0.5, "to_world": mi.ScalarTransform4f().look_at([0, 0, 6], [0, 0, 0], [0, 1, 0]),
+        "type": "perspective", "fov": 0.5, "to_world": mi.ScalarTransform4f().look_at(eye, target, [0, 1, 0]),
         "film": {"type": "hdrfilm", "width": size, "height": size, "rfilter": {"type": "box"}, "pixel_format": "rgba"},
     })  # fmt: skip
 
@@ -74,6 +74,22 @@ def test_water_over_a_floor_absorbs_by_its_depth(depth: float) -> None:
     expected = (1 - veil) * (1 - HEAD_ON) * COLOR**depth * 0.5 + scattered + HEAD_ON * 2.0
     assert wet[..., :3].mean(axis=(0, 1)) == pytest.approx(expected, rel=1e-3)
     assert wet[..., -1] == pytest.approx(1.0), "nothing of the background is seen"
+
+
+@pytest.mark.usefixtures("tracer")
+def test_an_upright_face_of_deep_water_is_darker_than_its_top() -> None:
+    mi = mitsuba()
+    solid, surfaces = pool(0.8)
+    path = mi.load_dict({"type": "path", "max_depth": 4})
+    seen = through_liquids(surfaces, path, path, room(), white=0.7)
+    wet = np.array(mi.render(solid, sensor=sensor(2, (7, 0, 0.4), (5, 0, 0.4)), integrator=seen, spp=4))
+    hue = COLOR / max(COLOR)
+    # Ten metres of water let nothing pass; however deep it is, the colour is that of the same optical depth.
+    scattered = VEIL * 0.7 * hue ** (PUREST / -np.log(min(hue))) * SIDES
+    assert wet[..., :3].mean(axis=(0, 1)) == pytest.approx(scattered + HEAD_ON * 2.0, rel=2e-3)
+    seen = through_liquids(pool(0.8, 0.05)[1], path, path, room(), white=0.7)
+    deeper = np.array(mi.render(solid, sensor=sensor(2, (7, 0, 0.4), (5, 0, 0.4)), integrator=seen, spp=4))
+    assert deeper[..., 2] == pytest.approx(wet[..., 2], rel=2e-3), "where no number is small enough for what passes"
 
 
 @pytest.mark.usefixtures("tracer")

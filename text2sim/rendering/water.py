@@ -31,6 +31,8 @@ VEIL = 0.5
 PUREST = 2.6
 """Largest optical depth, by colour, from which scattered light comes: deep water is blue, but not as blue as light that
 only passed through it."""
+FAINTEST = 1e-36
+"""Fraction of the light that passes below which no colour is told apart."""
 SIDES = 0.85
 """Part of that radiance on upright faces of a liquid: most light comes from above."""
 COVER = "cover"
@@ -190,10 +192,11 @@ def _kinds() -> tuple[Any, Any]:
             miss.wi = -found.mirrored.d
             shown = dr.select(nothing, dr.maximum(shown, self.room.eval(miss, nothing)), shown)
             glint = dr.select(shiny, found.reflected * dr.minimum(shown, GLINT * self.white), 0.0)
-            hue = found.passed / dr.maximum(dr.max(found.passed), 1e-6)
-            veil = VEIL * (1 - dr.min(hue))
+            thick = -dr.log(dr.maximum(found.passed, FAINTEST))
+            thick -= dr.min(thick)
+            veil = VEIL * (1 - dr.exp(-dr.max(thick)))
             # Half of the scattered light comes from less deep, where it has lost less of its colour.
-            hue = dr.power(hue, dr.minimum(0.5, PUREST / dr.maximum(-dr.log(dr.min(hue)), 1e-6)))
+            hue = dr.exp(-thick * dr.minimum(0.5, PUREST / dr.maximum(dr.max(thick), 1e-6)))
             scattered = veil * self.white * hue * (SIDES + (1 - SIDES) * found.normal.z)
             cover = dr.select(valid, 1.0, dr.maximum(1 - dr.mean(found.passed), dr.minimum(dr.mean(glint), 1.0)))
             return (1 - veil) * found.passed * light + scattered + glint, valid, [cover]

@@ -137,9 +137,9 @@ def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, N
         return moved, on
     sides, deepest = _sides(wetting.normals), (PAST_CLEAR + NEAR) * spacing
     reach = deepest + TOUCHING * spacing  # what is nearer to a corner than the particles was not touched
-    names = np.unique(sides).tolist()
-    walls = [(KDTree(wetting.places[sides == one]), np.flatnonzero(sides == one)) for one in names]
-    opposite = [(k, k + 1) for k, side in enumerate(names) if side % 2 == 0 and side + 1 in names]
+    present = np.unique(sides).tolist()
+    walls = [(KDTree(wetting.places[sides == one]), np.flatnonzero(sides == one)) for one in present]
+    opposite = [(k, k + 1) for k, side in enumerate(present) if side % 2 == 0 and side + 1 in present]
     for _ in range(3):  # walls of a corner
         found = [tree.query(moved, distance_upper_bound=reach) for tree, _ in walls]
         away = np.stack([distance for distance, _ in found], axis=1)
@@ -157,7 +157,6 @@ def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, N
         aside = np.linalg.norm(moved[rows, None] + short[..., None] * normal - place, axis=2) > ASIDE * spacing
         edge = behind & ~aside & (short > 0) & (short <= deepest)
         edge &= (normal * nearest).sum(axis=2) > -OPPOSITE
-        least = np.where(edge, short, np.inf).min(axis=1, keepdims=True)
         short[behind | np.isinf(away) | (short > deepest)] = -np.inf
         for one, other in opposite:  # back to back, as between two vessels: it is past the nearer one only
             between = np.minimum(short[:, one], short[:, other]) > 0
@@ -167,7 +166,6 @@ def cut_off(vertices: Array, wetting: Wetting, spacing: float) -> tuple[Array, N
         edge &= worst == first[:, 0]
         along = np.take_along_axis(normal, worst[..., None], 1)[:, 0] + (normal * edge[..., None]).sum(axis=1)
         short = np.take_along_axis(short, worst, 1)
-        short = np.where(edge.any(axis=1, keepdims=True), np.minimum(short, least), short)
         past = short[:, 0] >= -BEFORE * spacing / 2
         moved[rows[past]] += short[past] * along[past]
         on[rows[past]] = True
