@@ -26,6 +26,7 @@ FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEWEST = (
     COUNTED[23:],
 )
 METHODS, KINDS = ("text2sim-with-cards", "agent-no-cards"), ("physical", "visual")
+AGAIN = ("text2sim-with-cards, film traced again", "agent-no-cards, again")
 
 
 def mark(prompt, method, kind):
@@ -40,6 +41,11 @@ def mark(prompt, method, kind):
 def test_kept_replies_give_the_rows(prompt):
     cells = [f"{mark(prompt, method, kind):.1f}" for method in METHODS for kind in KINDS]
     assert f"| `{prompt}` | {' | '.join(cells)} |" in PAGE
+
+
+def test_a_film_that_was_traced_again_has_its_row():
+    cells = [f"{mark('three_joined_vessels', method, kind):.1f}" for method in AGAIN for kind in KINDS]
+    assert f"| `three_joined_vessels`, film traced again | {' | '.join(cells)} |" in PAGE
 
 
 def test_means_and_differences_are_those_of_the_page():
@@ -64,7 +70,7 @@ def test_what_was_marked_below_one():
     below = {
         (row["prompt"], row["method"], name)
         for row in ROWS
-        if row["kind"] == "physical" and row["prompt"] in COUNTED
+        if row["kind"] == "physical" and row["prompt"] in COUNTED and row["method"] in METHODS
         for name, one in read_reply(row["reply"])[0]["requirements"].items()
         if one["mark"] < 1
     }

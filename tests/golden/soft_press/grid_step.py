@@ -9,7 +9,7 @@ import genesis as gs
 import quadrants as qd
 from genesis.utils.array_class import GeomsInfo, GeomsState, LinksState, RigidInfo, SDFInfo
 
-LEAST_INFLUENCE = 2.303  # ln 10: softnesses of a surface away from it, the engine lets go of nodes
+REACH = 2.303  # ln 10: distance from a surface, by its softness, from which the engine no longer acts on a node
 
 
 def skip_far(sim):
@@ -76,7 +76,7 @@ class _Grid:
                     vel += self.mpm.substep_dt * self.mpm._ffs[field].get_acc(pos, vel, t, -1)
                 if qd.static(self.coupler._rigid_mpm):
                     for g in range(geoms_info.needs_coup.shape[0]):
-                        reach = self.mpm.dx + LEAST_INFLUENCE * geoms_info.coup_softness[g]
+                        reach = self.mpm.dx + REACH * geoms_info.coup_softness[g]
                         if geoms_info.needs_coup[g] and beside(g, pos, reach, geoms_state, geoms_info):
                             vel = self.coupler._func_collide_with_rigid_geom(
                                 pos, vel, mass / self.mpm._particle_volume_scale, g, 0, geoms_state, geoms_info,

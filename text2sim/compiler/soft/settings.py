@@ -26,7 +26,7 @@ MAX_COURANT = 0.5
 MAX_STEP_PER_CELL = 0.02
 """Longest substep [s] per metre of cell: the engine's own suggestion."""
 MAX_MPM_CELLS, MAX_PBD_CELLS = 3_000_000, 1_000_000
-"""Most cells of the grid, which take 40 bytes each, and of the space of cloth."""
+"""Most cells of the grid, for their memory, and of the space of cloth."""
 HASH_CELL_DISTANCES, HASH_CELLS_PER_AXIS = 1.25, 32
 """Cell of the spatial hash of cloth in particle distances, as the engine has it, and cells along each axis; rounding
 may make the engine add one. The hash repeats in space, and every substep clears all of it: `python -m
