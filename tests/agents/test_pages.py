@@ -82,6 +82,29 @@ def test_fields_that_no_writer_has_a_use_for_are_left_out() -> None:
     )
 
 
+def test_the_planner_reads_what_kinds_can_do_and_not_how_they_are_written() -> None:
+    names = ["rope", "hinge", "drive", "extent"]
+    (told, _), (planned, _) = (language.explanations(names, examples=shown) for shown in (True, False))
+    assert "belt:" in told and "e.g. `mount:" in told and "lift: {kind: drive" in told
+    assert "belt:" not in planned and "e.g. `mount:" not in planned and "lift: {kind: drive" not in planned
+    assert "`self_collision` (bool; false): Let links" in planned
+    assert "## Controls" in planned, "what follows an example is left"
+    assert "kind: extent" in planned, "measures are the Planner's own to write"
+
+
+def test_copies_are_told_apart_where_there_are_any() -> None:
+    one, several = (language.reference_pages("bodies", {"rigid", *kinds}) for kinds in ((), ("line",)))
+    assert "- `vary`" in several and "vary: {value" in several
+    assert "- `vary`" not in one and "vary: {value" not in one
+    assert "look: {color: terracotta, finish: rough}" in one
+
+
+def test_fields_of_two_bases_stand_under_one_heading() -> None:
+    page = language.explanation("still")
+    assert page.count("Besides its own fields, `still` has:") == 1
+    assert "- `frame`" in page and "- `up`" in page
+
+
 def test_who_asks_for_a_shape_gets_neither_cloth_nor_sculpts() -> None:
     text, _ = language.explanations(["box"])
     assert "## Shapes\n" in text

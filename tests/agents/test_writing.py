@@ -95,6 +95,20 @@ def test_verbs_name_kinds_in_any_form_and_names_of_bodies_name_none() -> None:
     assert "- `release`" in language.named_reference("actions", "Let it be released later.")
 
 
+def test_a_brief_in_everyday_words_brings_the_pages_that_it_needs() -> None:
+    cloth = {"sheet": PlannedBody(kind="cloth", shape="sheet")}
+    plan = CasePlan(name="p", event="e", bodies=cloth)
+    for words in ("It attaches the sheet to the rail.", "The sheet is sewn to six rings.", "Welded to the hoist."):
+        assert "attach" in _kinds_for("actions", plan, words), words
+    assert {"wind", "piecewise"} <= _kinds_for("actions", plan, "A faint wind."), (
+        "its example is written with the latter"
+    )
+    assert "piecewise" not in _kinds_for("actions", plan, "It attaches the sheet.")
+    for words in ("One strong light, grazing the wall.", "Light comes in from the left."):
+        assert "softbox" in _kinds_for("render", plan, words), words
+    assert "softbox" not in _kinds_for("render", plan, "A light board, seen from the left.")
+
+
 def test_another_section_is_not_taken(tmp_path: Path) -> None:
     with pytest.raises(RoleFailed, match="the only one you write"):
         written(tmp_path, *["scene: {duration: 3}"] * 3)
@@ -169,7 +183,7 @@ def test_who_owns_a_problem() -> None:
 
 
 def test_the_colours_that_are_told_are_known() -> None:
-    assert set(language.OWN_COLORS) <= set(NAMED)
+    assert set(re.findall(r"`(\w+)`", language.COLORS_NOTE)) <= set(NAMED)
 
 
 def test_a_writer_reads_what_its_plan_needs_and_little_more() -> None:

@@ -119,8 +119,8 @@ def kinds_brief(section: ReferenceSection, described: Collection[str]) -> list[s
         if having:
             who = f"every {section.noun}" if all(issubclass(model, base) for model in everybody) else ", ".join(having)
             inherited = [other for other in shared if other is not base and issubclass(base, other)]
-            rows = _fields(base, inherited)
-            lines += [f"Besides its own fields, {who} has:", *rows] if rows else []
+            rows, head = _fields(base, inherited), f"Besides its own fields, {who} has:"
+            lines += [*([head] if head not in lines else []), *rows] if rows else []
     examples = load_examples().get(section.examples, {})
     for kind, model in kinds.items():
         lines += [f"- `{kind}`: {model_doc(model)}", *(f"  {row}" for row in _fields(model, shared))]

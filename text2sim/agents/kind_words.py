@@ -29,7 +29,7 @@ def kinds_in(words: Iterable[str]) -> set[str]:
 def _forms() -> dict[str, set[str]]:
     forms: dict[str, set[str]] = {}
     for kind in known_kinds():
-        found = {kind, *(kind + end for end in ("s", "ed", "ing"))}
+        found = {kind, *(kind + end for end in ("s", "es", "ed", "ing"))}
         if kind.endswith("e"):
             found |= {kind + "d", kind + "n", kind[:-1] + "ing"}
         found |= {word + end for word in BODY_WORDS.get(kind, ()) for end in ("", "s")}

@@ -17,10 +17,17 @@ from text2sim.agents.condensed_pages import (
     section_brief,
 )
 from text2sim.agents.kind_words import kinds_in
-from text2sim.agents.page_rows import without_belts, without_deformables, without_rare_rows
+from text2sim.agents.page_rows import (
+    without_belts,
+    without_copies,
+    without_deformables,
+    without_examples,
+    without_rare_rows,
+)
 from text2sim.agents.page_selection import (
     ALWAYS_DESCRIBED,
     BELT,
+    COPIES,
     DEFORMABLE_KINDS,
     EVERYDAY_KINDS,
     FIELD_CONTROLS,
@@ -34,15 +41,15 @@ from text2sim.agents.page_selection import (
     TURNING_WORDS,
 )
 from text2sim.spec_schema.names.soft_measure_references import BONDED_KINDS
-from text2sim.spec_schema.published.language_reference import section_kinds
+from text2sim.spec_schema.published.language_reference import load_examples, section_kinds
 from text2sim.spec_schema.published.reference_prose import INTRODUCTION
 from text2sim.spec_schema.published.reference_sections import SECTIONS, ReferenceSection
 from text2sim.spec_schema.vocabulary.docstrings import model_doc
 
-OWN_COLORS = ("aluminium", "amber", "asphalt", "bone", "brass", "brick", "bronze", "clay", "concrete", "copper",
-              "cork", "cream", "emerald", "grass", "iron", "marble", "mustard", "oak", "pine", "rubber", "rust", "sand",
-              "slate", "steel", "stone", "terracotta", "walnut", "water", "wood")  # fmt: skip
-"""Names of colours that CSS lacks."""
+COLORS_NOTE = (
+    "Colours: `#rrggbb`, or a name: those of CSS, and of materials (`oak`, `walnut`, `concrete`, `brass`, `steel`, "
+    "`terracotta`, `rubber`, `cream`)."
+)
 MORE_KINDS_NOTE = (
     "The plan's measures, events and expectations are put in for you. For more of your own, `read` the kind"
 )
@@ -87,15 +94,14 @@ def reference_pages(reader: str, kinds: Collection[str] | None = None) -> str:
     if wanted is not None and reader == "actions":
         kinds = kinds_to_expect_with(deformable=bool(wanted & DEFORMABLE_KINDS))
         parts.append(f"{MORE_KINDS_NOTE}, or `Expectations`: {kinds}.")
-    if reader == "scene":
-        parts.append("Colours: `#rrggbb`, or a name: those of CSS, and of materials (`oak`, `concrete`, `brass`).")
-    if reader == "bodies":
-        parts.append(f"Colours: `#rrggbb`, or a name: those of CSS, and {', '.join(OWN_COLORS)}.")
+    if reader in ("scene", "bodies"):
+        parts.append(COLORS_NOTE)
     text = "\n\n".join(parts)
     if wanted is None:
         return text
     text = without_rare_rows(text, of_statics=reader == "scene")
     text = text if BELT in wanted else without_belts(text)
+    text = text if COPIES & wanted else without_copies(text)
     return text if wanted & DEFORMABLE_KINDS else without_deformables(text)
 
 
@@ -139,6 +145,13 @@ def kinds_to_expect_with(*, deformable: bool = True) -> str:
 def measured_kinds() -> tuple[str, ...]:
     """Return the kinds of measures and of events."""
     return tuple(kind for title in ("Measures", "Events") for kind in _kinds_of(title))
+
+
+def schedules_in_examples(controls: Collection[str]) -> set[str]:
+    """Return the kinds of schedules in the examples of some controls."""
+    examples, schedules = load_examples()["controls"], _kinds_of("Schedules")
+    used = {kind for control in controls for kind in re.findall(r"kind: (\w+)", examples.get(control, ""))}
+    return used & set(schedules)
 
 
 def _models(section: ReferenceSection, wanted: Collection[str] | None) -> set[str]:
@@ -192,19 +205,20 @@ def _places(reader: str, words: Collection[str]) -> list[str]:
     return [pose, relations] if PLACING_WORDS & set(words) else [pose]
 
 
-def explanations(names: Iterable[str], before: Collection[str] = ()) -> tuple[str, list[str]]:
+def explanations(names: Iterable[str], before: Collection[str] = (), *, examples: bool = True) -> tuple[str, list[str]]:
     """Return pages about kinds, prefabs and models, within the size limit, and the names that were served.
 
     Args:
         names: Names that were asked for.
         before: Names that were served earlier; they are skipped.
+        examples: Whether to keep examples of kinds other than those that the Planner writes.
     """
     parts: list[str] = []
     served: list[str] = []
     heads: set[str] = set()
     left = list(dict.fromkeys(name for name in names if name not in before))
     while left:
-        text = explanation(left[0])
+        text = explanation(left[0], examples)
         head, mark, rest = text.partition(f"- `{left[0]}`")
         if mark and head in heads:  # the shared fields of kinds of one page, once
             text = head[: head.index("\n") + 1] + mark + rest
@@ -220,8 +234,13 @@ def explanations(names: Iterable[str], before: Collection[str] = ()) -> tuple[st
 
 
 @cache
-def explanation(name: str) -> str:
-    """Return the full reference of a kind, a prefab or a page; empty if the name is unknown."""
+def explanation(name: str, examples: bool = True) -> str:
+    """Return the full reference of a kind, a prefab or a page; empty if the name is unknown.
+
+    Args:
+        name: The name.
+        examples: Whether to keep examples of kinds other than those that the Planner writes.
+    """
     parts = []
     # Who asks for a shape does not mean its namesakes, which are on pages of their own.
     namesakes = ("Shapes of cloth", "Parts of a sculpt") if name in _kinds_of("Shapes") else ()
@@ -231,7 +250,8 @@ def explanation(name: str) -> str:
             if models or section.title.strip("`").lower() == name.lower():
                 parts.append(section_brief(section, {model.__name__ for model in models} or None, intro=not models))
         elif name in section_kinds(section.models):
-            parts.append("\n".join([f"## {section.title}", *kinds_brief(section, {name})]))
+            page = "\n".join([f"## {section.title}", *kinds_brief(section, {name})])
+            parts.append(page if examples or section.title in PLANNER_PAGES else without_examples(page))
             if section.title == "`bodies`: the actors" and (own := _own_material(name)):
                 parts.append(own)
         elif section.title.lower().removesuffix("s") == name.lower().removesuffix("s"):

@@ -6,8 +6,10 @@ from text2sim.agents.page_selection import SOFT_FIELDS
 
 _RARE_ROWS, _RARE_ROWS_OF_STATICS = (
     re.compile(rf"^- `(?:torsional_friction|{rows})` .*\n", re.MULTILINE)
-    for rows in ("quality|tone|motion_blur|ambient", "seed|record|density|mass")
+    for rows in ("quality|tone|motion_blur|ambient|supports", "seed|record|density|mass")
 )
+_EXAMPLES = re.compile(r"\n(?:```yaml\n[^`]*\n```|  e\.g\. `.*`)(?=\n|$)")
+_COPY_ROWS = re.compile(r"^- `vary` .*\n|, vary: \{[^}]*\}", re.MULTILINE)
 _BELT_ROWS = re.compile(r"^.*\bsurface_velocity\b.*\n?", re.MULTILINE)
 _SOFT_ROWS = re.compile(
     rf"^- `(?:{'|'.join(SOFT_FIELDS)})`.*\n"
@@ -23,6 +25,16 @@ _SOFT_EXAMPLE = re.compile(r"\w+: \{.*\b(?:curtain|jelly|water)\b.*\}$")
 def without_rare_rows(text: str, *, of_statics: bool) -> str:
     """Drop rows of fields that Writers rarely need: of bodies and films, or of the scene and its statics."""
     return (_RARE_ROWS_OF_STATICS if of_statics else _RARE_ROWS).sub("", text)
+
+
+def without_examples(text: str) -> str:
+    """Drop examples of how a kind is written."""
+    return _EXAMPLES.sub("", text)
+
+
+def without_copies(text: str) -> str:
+    """Drop what tells copies apart."""
+    return _COPY_ROWS.sub("", text)
 
 
 def without_belts(text: str) -> str:

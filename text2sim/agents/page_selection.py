@@ -1,5 +1,7 @@
 """Selection of pages: the parts of the language for each reader, and the kinds that require further parts."""
 
+import re
+
 from text2sim.spec_schema.models.bodies import LINKED
 from text2sim.spec_schema.models.soft_bodies import FLOWING
 
@@ -51,11 +53,17 @@ FIELD_CONTROLS = frozenset({"wind", "airflow", "drag", "attraction", "vortex", "
 BODY_WORDS = {"beam": frozenset({"slat", "springboard", "ruler", "reed", "cantilever"})}
 """Everyday words for bodies that no other kind is as good for."""
 CONTROL_WORDS = {
-    "attach": frozenset({"tie", "ties", "tied", "held", "pinned", "fastened", "hang", "hangs"}),
+    "attach": frozenset(
+        {"tie", "ties", "tied", "held", "pinned", "fastened", "hang", "hangs", "sewn", "welded", "attachments"}
+    ),
     "spring": frozenset({"springs", "sprung", "coil", "bungee", "elastic", "slingshot"}),
     "release": frozenset({"let", "lets", "freed", "loose", "snap", "snaps"}),
 }
 """Everyday words for controls, in a brief."""
+LIGHT_WORDS = re.compile(
+    r"\b(?:grazing|raking|backlit|backlight|sidelight|spotlight|light\b[^.,;]{0,40}\bfrom)\b", re.IGNORECASE
+)
+"""A brief that asks for light from a direction."""
 BELT = "belt"
 """Stands among kinds for statics whose surfaces move."""
 BELT_WORDS = frozenset({BELT, "belts", "conveyor", "conveyors", "treadmill", "treadmills", "surface_velocity"})

@@ -87,7 +87,7 @@ def make_plan(
         modes=", ".join(MODES),
     )
     read = typed_parser(CasePlan, lambda plan: _check_plan(plan, offered, path, request.requirements, tried))
-    more = PageRequests(offered.pages)
+    more = PageRequests(offered.pages, examples=False)
     plan = chat.ask("planner", system, question, read, request.images, read_pages=more, rounds=MAX_PLAN_ANSWERS)
     # Only the causes of the most important effects are tested.
     importance = {name: requirement.importance for name, requirement in request.requirements.items()}

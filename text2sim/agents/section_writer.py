@@ -20,6 +20,7 @@ from text2sim.agents.page_selection import (
     COPIES,
     DEFORMABLE_KINDS,
     FIELD_CONTROLS,
+    LIGHT_WORDS,
 )
 from text2sim.agents.replies import SECTIONS, CasePlan, Refer
 from text2sim.agents.revising import mapping
@@ -237,6 +238,9 @@ def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
             found |= {kind for kind, meant in CONTROL_WORDS.items() if meant & mentioned}
             events = {str(row.get("kind")) for row in plan.checks.events.values()}
             found |= {kind for event in events for kind in CONTROLS_OF_EVENTS.get(event, ())}
+            found |= language.schedules_in_examples(found)
+        elif LIGHT_WORDS.search(words):
+            found.add("softbox")
         return found
     statics = section == "scene"
     own = {name: body for name, body in plan.bodies.items() if (body.kind == "static") == statics}

@@ -194,7 +194,8 @@ class Spring(Acting):
     """A coil spring or an elastic cord between points of two bodies.
 
     It pulls its ends together with the force `stiffness (d - length) + damping d'`, d being their distance. It has no
-    mass and touches nothing; films show it.
+    mass and touches nothing; films show it. The force is worked out once in each `scene.dt`, not in its substeps: a
+    stiff spring on a light body needs a short one.
     """
 
     kind: Literal["spring"]

@@ -27,7 +27,8 @@ class Acting(Model):
     """Fields of every control."""
 
     repeat: Multiple | None = None
-    """Number of such controls, with the names `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
+    """Number of such controls, with the names `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each,
+    in selectors, too (`"rod[${k}]"`)."""
 
 
 class _During(Acting):

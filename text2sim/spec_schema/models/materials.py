@@ -37,9 +37,9 @@ class Material(Model):
     liquids 0.01 counts as none."""
     rolling_friction: Real = Field(default=0.0, ge=0.0, le=1.0)
     """Rolling resistance [m]: the torque is this length times the normal force; of a pair, the larger value applies. A
-    ball or wheel of radius r with a coefficient of rolling resistance c (0.01 for a billiard ball) needs c r; with a
-    pyramidal friction cone (`scene.contact.friction_cone`) a third to a half less acts. Cloth and soft bodies do not
-    resist rolling: let a `damping` of the free mount of a ball stop it there."""
+    ball or wheel of radius r with a coefficient of rolling resistance c (0.01 for a billiard ball) needs c r; of that a
+    half to two thirds acts with a pyramidal `friction_cone`. Cloth and soft bodies do not resist rolling: let a
+    `damping` of the free mount of a ball stop it there."""
     torsional_friction: Real = Field(default=0.0, ge=0.0, le=1.0)
     """Resistance [m] to spin about the contact normal, applied like `rolling_friction`: two thirds of `friction` times
     the radius of the contact patch."""

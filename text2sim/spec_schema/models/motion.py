@@ -49,7 +49,7 @@ def _check_times(times: list[float], key: str, items: list[Any]) -> None:
 
 class _Table(Model):
     times: list[Seconds] = Field(min_length=1, max_length=1000)
-    """Times [s], ascending."""
+    """Times [s], ascending; the first value holds before them, the last one after them."""
     values: list[Real] = Field(min_length=1, max_length=1000)
     """One value for each time."""
 

@@ -29,9 +29,9 @@ class Line(Model):
     count: Count
     """Number of copies."""
     step: Vec3
-    """Displacement [m] from one copy to the next."""
+    """Displacement [m] in the world from one copy to the next."""
     start: Vec3 | None = None
-    """Position [m] of the first copy; then the body's pose may turn it, but has no `pos`."""
+    """Position [m] of the first copy in the world; then the body's pose may turn it, but has no `pos`."""
 
 
 class Grid(Model):

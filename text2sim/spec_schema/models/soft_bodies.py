@@ -174,10 +174,9 @@ class Round(Model):
 class Rope(Linked):
     """A rope of capsule links on ball joints, straight at the start or laid `along`; `pose` is that of its first end.
 
-    Its links are named `link_0`, `link_1`, … from the first end on. To turn an end about the rope, attach its link to a
-    driven body that spins, with `anchored: false`: with a `youngs_modulus` the rope carries the twist, and with
-    `self_collision` a slack one throws a loop after some turns and winds around itself. On a drum with a horizontal
-    axis, a turn without tension flies off above `w^2 r = g` (w [rad/s], radius r).
+    Its links are named `link_0`, `link_1`, … from the first end on. To twist it, attach an end, not `anchored`, to a
+    driven body that spins: a `youngs_modulus` carries the twist, and with `self_collision` a slack rope throws a loop
+    and winds around itself. On a horizontal drum, a turn without tension flies off above `w^2 r = g` (w [rad/s]).
     """
 
     kind: Literal["rope"]
