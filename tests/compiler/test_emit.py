@@ -22,6 +22,7 @@ SOMETIMES = (
     "cloth_on_grid.py",
     "cloth_friction.py",
     "bending.py",
+    "elastic_sheets.py",
     "damp_sand.py",
     "solid_walls.py",
     "grid_step.py",

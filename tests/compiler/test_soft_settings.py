@@ -139,6 +139,31 @@ def test_what_is_open_holds_no_gas(shape: str) -> None:
         resolve(f"  a: {{kind: cloth, shape: {shape}, material: {{pressure: 10}}}}")
 
 
+def test_an_elastic_sheet_gets_the_substeps_and_sweeps_of_its_material() -> None:
+    """It needs `K = 2 E t h^2 / (w m c^2)` sweeps of relaxation w = 0.3, and draws together at `e sqrt(2 E t / m)`."""
+    band = "  a: {kind: cloth, cell: 0.01, shape: {kind: sleeve, radius: 0.1, height: 0.03}, material: {area_density: 1, youngs_modulus: 1.0e+6, %s}}"
+    still, taut = resolve(band % "thickness: 0.001"), resolve(band % "prestretch: 1.6")
+    for case, snap in ((still, 0.0), (taut, 0.6 * sqrt(2 * 1000))):
+        soft = case.settings.soft
+        assert soft is not None and soft.pbd is not None
+        h = 0.01 / case.settings.substeps
+        assert soft.pbd.stretch_iterations >= 2 * 1000 * h**2 / (0.3 * 1 * 0.01**2)
+        assert h * snap <= 0.01 / 2 * 1.001
+        assert soft.max_speed > 4 * snap
+    assert taut.plan.deformables["a"].elastic == (1000, 1.6, (0, 0, 1)), "a sleeve is stretched around, and not along"
+    flat = resolve(band.replace("sleeve, radius: 0.1, height: 0.03", "sheet, size: [0.1, 0.1]") % "prestretch: 1.6")
+    assert flat.plan.deformables["a"].elastic == (1000, 1.6, None)
+
+
+@pytest.mark.parametrize(("material", "message"), [
+    ("prestretch: 1.5", "prestretch needs a youngs_modulus"),
+    ("youngs_modulus: 1.0e+6, stretch_compliance: 1.0e-6", "either material.youngs_modulus or"),
+])  # fmt: skip
+def test_what_an_elastic_sheet_cannot_have(material: str, message: str) -> None:
+    with pytest.raises(SpecError, match=message):
+        resolve(f"  a: {{kind: cloth, shape: {{kind: disc, radius: 1}}, material: {{{material}}}}}")
+
+
 def test_bounds_follow_a_stream() -> None:
     tap = "  a: {kind: liquid, shape: {kind: stream, radius: 0.02, speed: %g, duration: 1, direction: [1, 0, 0]}, pose: {pos: [0, 0, 0.5]}}"
     slow, fast = mpm(resolve(tap % 0.1)), mpm(resolve(tap % 3))

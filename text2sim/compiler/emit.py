@@ -34,7 +34,7 @@ COPIED_SOFT = ("filling.py", "soft.py", "skins.py", "soft_states.py", "soft_film
 """Also copied into programs with deformable bodies."""
 MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")
 
-UNRECORDED = ("mass", "bending", "gas", "damping", "stream", "adhesion")
+UNRECORDED = ("mass", "bending", "elastic", "gas", "damping", "stream", "adhesion")
 """Facts of deformable bodies that the recorder does not need."""
 FROM_FILE = ("MJCF", "URDF", "Mesh")
 """Morphs that read a file of the program."""
@@ -135,6 +135,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
     copied += ["liquid_volume.py"] if context["liquids"] else []
     copied += ["adhesion.py"] if context["adhesions"] else []
     copied += ["bending.py"] if context["bending"] else []
+    copied += ["elastic_sheets.py"] if context["elastic"] else []
     files |= {name: (TEMPLATES / name).read_bytes() for name in copied} | dict(plan.files)
     return files | {"looks.json": _looks(plan)}
 
@@ -250,6 +251,7 @@ def _context(plan: Plan) -> dict[str, Any]:
         },
         "kept_out_every": max(1, settings.substeps // 4, round(KEPT_OUT_EVERY * settings.substeps / plan.dt)),
         "bending": {name: facts.bending for name, facts in plan.deformables.items() if facts.bending},
+        "elastic": {name: facts.elastic for name, facts in plan.deformables.items() if facts.elastic},
         **action_context(plan),
     }
 

@@ -29,7 +29,8 @@ def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
     """Return the worst value among the copies of each deformable body: {quantity: {value, at, copy, unit, ...}}.
 
     `volume` is relative to the start, and its worst value is the farthest from 1; `tears` stands in the row of a body
-    with a tear strength. Quantities that a body lacks are omitted.
+    with a tear strength, `elastic` in that of a cloth that stretches by its material. Quantities that a body lacks are
+    omitted.
     """
     found: dict[str, dict[str, Any]] = {}
     states = recording.states
@@ -38,6 +39,8 @@ def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
         thin = body.thinned(LOOKED_AT, states.frames)
         time = states.time[:: thin.step]
         rows["every"] = max(rows.get("every", 1), thin.step)
+        if body.solver == "pbd" and _material(recording, body, "tension_modulus") is not None:
+            rows["elastic"] = True
         for name, unit, of in _QUANTITIES:
             try:
                 values = of(recording, thin)
@@ -52,7 +55,7 @@ def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
         _record_worst(rows, "penetration", depth, {"unit": "m", "copy": body.body}, time, where=where)
         if body.kind == "soft" and body.solver == "mpm":
             rarely = body.thinned(LOOKED_FOR_TEARS, states.frames)
-            if _tears(recording, body):
+            if _material(recording, body, "tear_stretch") is not None:
                 rows["tears"] = True
             times, torn = states.time[:: rarely.step], 1.0 - tearing.pieces(rarely)[1]
             _record_worst(rows, "torn", torn, {"unit": "", "copy": body.body, **first_torn(torn, times)}, times)
@@ -71,10 +74,10 @@ def penetration(recording: RecordedCase, body: RecordedDeformable) -> tuple[Arra
     return 0.0 - found.value, [names.label_of_link(solids[i][0]) if i >= 0 else "" for i in found.of]
 
 
-def _tears(recording: RecordedCase, body: RecordedDeformable) -> bool:
-    """Return whether the material of a body has a tear strength."""
+def _material(recording: RecordedCase, body: RecordedDeformable, field: str) -> Any:
+    """Return a field of the material of a body; None if it is not given."""
     model = recording.case.bodies.get(body_of(body.body))
-    return model is not None and getattr(model.material, "tear_stretch", None) is not None
+    return None if model is None else getattr(model.material, field, None)
 
 
 def first_torn(torn: Array, times: Array) -> dict[str, float]:

@@ -77,7 +77,7 @@ def _is_inflated(value: float, row: dict[str, Any], spacing: float) -> bool:
 
 
 def _is_pulled(value: float, row: dict[str, Any], spacing: float) -> bool:
-    return row["kind"] == "cloth" and value > MAX_STRETCH
+    return row["kind"] == "cloth" and value > MAX_STRETCH and not row.get("elastic")
 
 
 _SIGNS: tuple[tuple[str, _Bad, str], ...] = (

@@ -9,7 +9,7 @@ from text2sim.compiler.looks import decoration_of, finish_of_body, one_color, rg
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, Surface
 from text2sim.compiler.shapes.piece import Ball
-from text2sim.compiler.shapes.rotation import IDENTITY
+from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, quat_rotate
 from text2sim.compiler.shapes.softmesh import hull_area, solid_volume, tet_options
 from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.gas import gas_row
@@ -26,6 +26,7 @@ from text2sim.spec_schema.models.materials import LEAST_FRICTION
 from text2sim.spec_schema.models.scene import Scene
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Compound
+from text2sim.spec_schema.models.sheets import Sleeve
 from text2sim.spec_schema.models.soft_bodies import Cloth
 
 PRIMITIVES = {"box": "Box", "sphere": "Sphere", "cylinder": "Cylinder"}
@@ -74,6 +75,7 @@ class SoftLowering:
                 copy.quat,
                 weight,
                 _bending(model, solver),
+                _elastic(model, solver, copy.quat),
                 gas_row(copy, self.meshes.folder),
                 getattr(model.material, "damping", None) or None if solver in ("pbd", "mpm") else None,
                 stream_arguments(copy, spacing),
@@ -167,6 +169,15 @@ def _bending(model: Any, solver: str) -> tuple[float | None, float | None, bool]
     own = model.material
     row = own.rigidity, own.crease_radius, own.rest_shape == "start"
     return row if any(row) else None
+
+
+def _elastic(model: Any, solver: str, quat: Quaternion) -> tuple[float, float, Vec | None] | None:
+    """Return tension modulus [N/m], length over length at rest, and the direction without it; None if not elastic."""
+    modulus = model.material.tension_modulus if solver == "pbd" else None
+    if modulus is None:
+        return None
+    across = quat_rotate(quat, (0.0, 0.0, 1.0)) if isinstance(model.shape, Sleeve) else None
+    return modulus, model.material.prestretch or 1.0, across
 
 
 def mass(copy: Copy, folder: Path) -> float:

@@ -37,7 +37,7 @@ SNOW_EXPONENT = 10.0
 """Of the engine's law of snow: compressed to a part Jp of its volume, it is exp(10 (1 - Jp)) times as stiff."""
 LEAST_COMPRESSION = 0.1
 """Part by which snow is assumed to be compressed even if nothing hits it."""
-MIN_BENDING_STEP = 1e-4
+MIN_SHEET_STEP = 1e-4
 """Shortest substep [s] that is derived for a stiff sheet: in one that is too long, it is softer, but stable."""
 MAX_PBD_STEP = 0.0005
 """Longest substep [s] of cloth, which is stiffer the more sweeps its solver makes in a second."""
@@ -46,6 +46,8 @@ STRETCH_RELAXATION = 0.3
 STRETCH_ITERATIONS = (4, 8, 16, 32)
 """Sweeps over the threads in a substep: the engine's number, and more for fine cloth. 16 instead of 4 make a substep of
 922 points take 2.3 ms instead of 1.5. Few numbers, because the engine compiles kernels for each."""
+ELASTIC_SWEEPS = 16
+"""Sweeps for which the substep of an elastic sheet is derived: four times as many make it as stiff as half the step."""
 MAX_OWN_STRETCH = 0.01
 """Part by which a cloth may get longer under its own weight, if its sweeps are derived."""
 MAX_FEM_STEP = 0.01
@@ -104,7 +106,17 @@ def derive_soft(
         if stiff:
             shortest = min(bending_step(model, size) for model in stiff)
             reason = "a stiff sheet is softer at longer steps, and may be at this one"
-            substeps.append((max(shortest, MIN_BENDING_STEP), reason))
+            substeps.append((max(shortest, MIN_SHEET_STEP), reason))
+        elastic = [copy.model for copy in by_solver["pbd"] if copy.model.material.tension_modulus]
+        if elastic:
+            reason = "an elastic sheet is softer than its material at longer steps"
+            shortest = min(elastic_step(model, size) for model in elastic)
+            substeps.append((max(shortest, MIN_SHEET_STEP), reason))
+            if snap := max(map(snap_speed, elastic)):
+                reason = (
+                    f"at {snap:.3g} m/s, as a stretched sheet draws together, a particle may not cross half its size"
+                )
+                substeps.append((max(size / 2 / snap, MIN_SHEET_STEP), reason))
         breaths = [step for copy in by_solver["pbd"] if (step := gas_step(copy, folder)) is not None]
         if breaths:
             substeps.append((min(breaths), "a hull springs on the gas in it"))
@@ -113,7 +125,9 @@ def derive_soft(
             substeps.append((size / 2 / fastest, reason))
         step = scene.dt / (scene.substeps or max(ceil(scene.dt / step - 1e-9) for step, _ in substeps))
         long = max(sheet_size(copy.shape, folder)[1] for copy in by_solver["pbd"])
-        pbd = _pbd(scene, size, partial(own_stretch, long, size, step, gravity=hypot(*scene.gravity)), domain, why)
+        stretch_of = partial(own_stretch, long, size, step, gravity=hypot(*scene.gravity))
+        sweeps = max((ELASTIC_SWEEPS * (step / elastic_step(model, size)) ** 2 for model in elastic), default=0.0)
+        pbd = _pbd(scene, size, stretch_of, sweeps, domain, why)
     if "fem" in by_solver or "ipc" in by_solver:
         if model == "ipc":
             coupler = ipc.settings(scene, scales.edges, why)
@@ -135,6 +149,34 @@ def bending_step(model: Cloth, cell: float) -> float:
     """
     assert model.material.rigidity is not None
     return cell**2 / 12 * sqrt(model.material.area_density / model.material.rigidity)
+
+
+def elastic_step(model: Cloth, cell: float) -> float:
+    """Return the substep [s] up to which `ELASTIC_SWEEPS` make a sheet as stiff as its material says.
+
+    In a substep h, K sweeps of relaxation w let two points of mass m pull with `K w m / (2 h^2)` [N/m] for each metre
+    that their thread is too long, and no more. Points c apart have the mass `sqrt(3) / 2 c^2` times that per area, and
+    their threads need `sqrt(3) / 2` of the tension modulus (`templates/elastic_sheets.py`).
+
+    Args:
+        model: An elastic sheet.
+        cell: Distance of its points [m].
+    """
+    own = model.material
+    assert own.tension_modulus is not None
+    return cell * sqrt(ELASTIC_SWEEPS * STRETCH_RELAXATION * own.area_density / (2 * own.tension_modulus))
+
+
+def snap_speed(model: Any) -> float:
+    """Return the speed [m/s] at which a cloth that is stretched at the start draws together; 0 for any other body.
+
+    Its energy per area `E t e^2 / 2`, in both directions, becomes `m v^2 / 2`, with e = prestretch - 1 and its mass per
+    area m.
+    """
+    own = model.material if isinstance(model, Cloth) else None
+    if own is None or own.prestretch is None or own.tension_modulus is None:
+        return 0.0
+    return (own.prestretch - 1) * sqrt(2 * own.tension_modulus / own.area_density)
 
 
 def own_stretch(long: float, size: float, step: float, iterations: int, gravity: float) -> float:
@@ -241,7 +283,12 @@ def _mpm_steps(cell: float, copies: list[Copy], impact: float) -> list[tuple[flo
 
 
 def _pbd(
-    scene: Scene, size: float, stretch_of: Callable[[int], float], domain: Domain, why: dict[str, str]
+    scene: Scene,
+    size: float,
+    stretch_of: Callable[[int], float],
+    sweeps: float,
+    domain: Domain,
+    why: dict[str, str],
 ) -> PbdSettings:
     if scene.pbd.bounds is not None:
         low, high = scene.pbd.bounds.min, scene.pbd.bounds.max
@@ -250,9 +297,11 @@ def _pbd(
         why["pbd_bounds"] = "where its bodies can come to; its sides are walls"
     stretch, bending = scene.pbd.stretch_iterations, scene.pbd.bending_iterations
     if stretch is None:
-        enough = (number for number in STRETCH_ITERATIONS if stretch_of(number) <= MAX_OWN_STRETCH)
+        enough = (number for number in STRETCH_ITERATIONS if stretch_of(number) <= MAX_OWN_STRETCH and number >= sweeps)
         stretch = next(enough, STRETCH_ITERATIONS[-1])
         why["stretch_iterations"] = f"its own weight then stretches a cloth that hangs by {stretch_of(stretch):.1%}"
+        if sweeps:
+            why["stretch_iterations"] = f"an elastic sheet needs {sweeps:.3g} to be as stiff as its material"
     if bending is None:
         bending, why["bending_iterations"] = 1, "as the engine has it"
     reach = HASH_CELLS_PER_AXIS * HASH_CELL_DISTANCES * size

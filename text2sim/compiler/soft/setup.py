@@ -83,6 +83,8 @@ class SoftRecord:
     """[kg]"""
     bending: tuple[float | None, float | None, bool] | None = None
     """A row of `templates/bending.py`; None for what bends as the engine has it."""
+    elastic: tuple[float, float, Vec | None] | None = None
+    """A row of `templates/elastic_sheets.py`; None for what hardly stretches."""
     gas: tuple[float, float] | None = None
     """A row of `templates/gas.py`; None for what encloses no gas."""
     damping: float | None = None

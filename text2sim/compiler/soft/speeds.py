@@ -14,6 +14,7 @@ from text2sim.compiler.controls import ControlRows
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.prescribed import top_speed
 from text2sim.compiler.schedules import largest
+from text2sim.compiler.soft.settings import snap_speed
 from text2sim.compiler.soft.setup import MAX_SPEED
 from text2sim.compiler.soft.solver_domain import extents_of, floor_height
 from text2sim.compiler.soft.streams import stream_velocity
@@ -73,6 +74,7 @@ def speed_limit(
         "motors": MOTOR_SPEED if rows.targets else 0.0,
         "prescribed motion": max((_driven(c, time, folder) for g in placed.values() for c in g), default=0.0),
         "forces": sum(_push(push, masses, time) for push in rows.pushes),
+        "stretched cloth": max((snap_speed(copy.model) for group in placed.values() for copy in group), default=0.0),
         "air": max((_flow(row) for row in rows.airflows), default=0.0),
         "fields": sum(_field(control, time) for control in controls) * time,
     }

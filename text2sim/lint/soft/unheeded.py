@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from text2sim.compiler.soft.settings import bending_step
+from text2sim.compiler.soft.settings import ELASTIC_SWEEPS, bending_step, elastic_step
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import REPLACING_CONTACT_MODELS, Facts
 from text2sim.lint.rule import Rule
@@ -48,9 +48,10 @@ def _soft(facts: Facts, selector: str) -> bool:
 
 
 IGNORED_FIELDS = {
-    "pbd": (("youngs_modulus", "poisson_ratio"), "stretch_compliance and bending_compliance"),
+    "pbd": (("poisson_ratio",), "youngs_modulus"),
     "ipc": (
         (
+            "prestretch",
             "stretch_compliance",
             "bending_compliance",
             "crease_radius",
@@ -79,6 +80,8 @@ def _ignored(facts: Facts) -> Iterator[Problem]:
                 yield facts.problem("unheeded-stuff", where, text, key=True)
         if solver == "pbd" and (rigidity := model.material.rigidity) is not None:
             yield from _rigidity(facts, name, model, rigidity)
+        if solver == "pbd" and model.material.tension_modulus is not None:
+            yield from _elasticity(facts, name, model)
         radius, cell = model.material.crease_radius, soft.scales.spacing(name, solver)
         if solver == "pbd" and radius is not None and math.pi * radius < cell:
             text = (
@@ -138,8 +141,24 @@ def _rigidity(facts: Facts, name: str, model: Cloth, rigidity: float) -> Iterato
         yield facts.problem("unheeded-stuff", facts.where(name, "material", "rigidity"), text, key=True)
 
 
-MIN_REACHED_RIGIDITY = 0.5
-"""Part of its rigidity below which a sheet is reported to be softer."""
+def _elasticity(facts: Facts, name: str, model: Cloth) -> Iterator[Problem]:
+    """Report a Young's modulus that the sweeps of its solver do not reach."""
+    pbd = facts.settings.soft.pbd if facts.settings.soft is not None else None
+    if pbd is None:
+        return
+    step, h = elastic_step(model, pbd.particle_size), facts.substep
+    reached = pbd.stretch_iterations / ELASTIC_SWEEPS * (step / h) ** 2
+    if reached < MIN_REACHED_ELASTICITY:
+        text = (
+            f"in substeps of {h:.2g} s, with {pbd.stretch_iterations} sweeps in cells of {pbd.particle_size:.2g} m, "
+            f"`{name}` is about {max(1, round(100 * reached))} % as stiff as that; use scene.substeps of "
+            f"{math.ceil(facts.case.scene.dt / h / math.sqrt(reached))}, or larger cells"
+        )
+        yield facts.problem("unheeded-stuff", facts.where(name, "material", "youngs_modulus"), text, key=True)
+
+
+MIN_REACHED_RIGIDITY, MIN_REACHED_ELASTICITY = 0.5, 0.8
+"""Parts of its rigidity and Young's modulus below which a sheet is reported to be softer."""
 _BALL = "ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [1, 0, 0.5]}"
 _RAG = """\
 bodies:
@@ -178,14 +197,15 @@ actions:
         title="The solver ignores a value of a material, or a contact model has nothing to do.",
         reason="""\
 Cloth of solver pbd has compliances in stretch and bending, in units of that method; cloth of solver ipc is an elastic
-shell with a stiffness in Pa. Each ignores the values of the other; only `rigidity` serves both. Where cells are large,
-no edge is bent enough for a small `crease_radius`. Only mpm bodies use the `soft_reach` of rigid surfaces, which
-a body has as a whole, not each link. Restitution is made from the damping of the engine's own rigid
-contacts, which contact models sap and ipc do not use; ipc moves free bodies without their `damping`. These two are
-for scenes with deformable bodies; where all bodies are rigid, the engine's own contact solver runs.""",
+shell with a Poisson's ratio. Each ignores the values of the other; `youngs_modulus` and `rigidity` serve both, as far
+as the sweeps of pbd reach. Where cells are large, no edge is bent enough for a small `crease_radius`. Only mpm bodies
+use the `soft_reach` of rigid surfaces, which a body has as a whole, not each link. Restitution is made from the damping
+of the engine's own rigid contacts, which contact models sap and ipc do not use; ipc moves free bodies without their
+`damping`. These two are for scenes with deformable bodies; where all bodies are rigid, the engine's own contact solver
+runs.""",
         remedy="Give the values that the solver uses, or leave the value out.",
-        example=_RAG % "youngs_modulus: 1.0e+6",
-        fix="bodies: {rag: {material: {youngs_modulus: null, bending_compliance: 0.001}}}",
+        example=_RAG % "poisson_ratio: 0.4",
+        fix="bodies: {rag: {material: {poisson_ratio: null, bending_compliance: 0.001}}}",
         run=_ignored,
     ),
 )

@@ -32,8 +32,9 @@ from text2sim.spec_schema.models.soft_materials import (
 FLOWING = ("granular", "liquid", "snow")
 """Kinds of body that flow: they have a free surface, and can leak."""
 ONLY_WITH = {
-    "ipc": ("youngs_modulus", "poisson_ratio"),
+    "ipc": ("poisson_ratio",),
     "pbd": (
+        "prestretch",
         "stretch_compliance",
         "bending_compliance",
         "crease_radius",
@@ -115,6 +116,10 @@ class Cloth(Deformable):
             for name in ONLY_WITH[other]:
                 if getattr(self.material, name) is not None:
                     raise ValueError(f"material.{name} needs solver {other} (got {self.solver})")
+        if self.material.prestretch is not None and self.material.youngs_modulus is None:
+            raise ValueError("material.prestretch needs a youngs_modulus, such as 1e6 for rubber")
+        if self.material.youngs_modulus is not None and self.material.stretch_compliance is not None:
+            raise ValueError("give either material.youngs_modulus or material.stretch_compliance, not both")
         return self
 
 

@@ -68,7 +68,13 @@ class ClothMaterial(Model):
     other. With solver pbd that needs a `rigidity` of 1e-5 or less: cloth of the default stiffness stands off a bar of
     less than two cells, and friction counts for less."""
     youngs_modulus: Positive | None = None
-    """With solver ipc: in-plane Young's modulus [Pa] of the fabric; by default 1e6."""
+    """In-plane Young's modulus E [Pa]. With solver pbd it makes the cloth elastic, such as rubber (1e6): the tension is
+    `E thickness` [N/m] times the strain, Poisson's ratio is 1/3; by default its threads hardly stretch. With solver ipc
+    by default 1e6."""
+    prestretch: Real | None = Field(default=None, gt=1.0, le=4.0)
+    """With solver pbd and a `youngs_modulus`: length of its threads at the start over that at rest, for what is held
+    stretched at first, as a rubber band, a drumhead or a trampoline. A sleeve is stretched around alone, all
+    else in both directions. A strip of width b pulls with `E thickness b (prestretch - 1)`."""
     poisson_ratio: Real | None = Field(default=None, ge=0.0, lt=0.5)
     """With solver ipc: Poisson's ratio, how much it narrows under tension; by default 0.3."""
     stretch_compliance: NonNegative | None = None
@@ -100,6 +106,11 @@ class ClothMaterial(Model):
     """With solver pbd: coefficient c [kg/m] of the drag `c |v| v` of still air on each point; by default `cell^2 / 4`,
     as of air. A sheet with n points, `(size / cell + 1)` along each side, lets a mass m sink at `sqrt(m g / (n c))`, as
     a parachute."""
+
+    @property
+    def tension_modulus(self) -> float | None:
+        """Young's modulus times thickness [N/m]; None if it is not given."""
+        return None if self.youngs_modulus is None else self.youngs_modulus * self.thickness
 
     @property
     def has_gas(self) -> bool:
