@@ -93,6 +93,9 @@ def test_verbs_name_kinds_in_any_form_and_names_of_bodies_name_none() -> None:
     assert {"drive", "release"} <= found
     assert "spin" not in found
     assert "- `release`" in language.named_reference("actions", "Let it be released later.")
+    assert "- `attach`" in language.named_reference("actions", "Each row is sewn to its rod at 18 points.")
+    assert "- `reach`" not in language.named_reference("actions", "The rods reach from x = -0.8 to 0.")
+    assert "- `reach`" in language.named_reference("actions", "Use a `reach` of the hand.")
 
 
 def test_a_brief_in_everyday_words_brings_the_pages_that_it_needs() -> None:

@@ -27,6 +27,7 @@ from text2sim.agents.page_rows import (
 from text2sim.agents.page_selection import (
     ALWAYS_DESCRIBED,
     BELT,
+    CONTROL_WORDS,
     COPIES,
     DEFORMABLE_KINDS,
     EVERYDAY_KINDS,
@@ -169,6 +170,8 @@ def _models(section: ReferenceSection, wanted: Collection[str] | None) -> set[st
 def named_reference(reader: str, text: str, present_kinds: Collection[str] = ()) -> str:
     """Return the reference for an instruction: named kinds with all fields, and named fields of other models.
 
+    Controls are also named by everyday words for them, and those that are everyday words by backquotes.
+
     Args:
         reader: A key of `PAGES_BY_READER`.
         text: The instruction.
@@ -176,6 +179,10 @@ def named_reference(reader: str, text: str, present_kinds: Collection[str] = ())
             are omitted.
     """
     words = set(re.findall(r"[a-z][a-z_0-9]*", _UNCHANGED_CLAUSE.sub("", text.lower())))
+    named = kinds_in(words) - EVERYDAY_KINDS
+    if reader == "actions":
+        named |= {kind for kind, meant in CONTROL_WORDS.items() if meant & words}
+        named |= set(re.findall(r"`([a-z_]+)`", text))
     wanted = kinds_in(words) | set(present_kinds)
     parts = []
     for section in _sections(PAGES_BY_READER[reader]):
@@ -187,7 +194,7 @@ def named_reference(reader: str, text: str, present_kinds: Collection[str] = ())
             if needs is None or needs & (wanted | words):
                 long = {word for word in words if len(word) >= MIN_FIELD_WORD}
                 rows = fields_named(section, long, _models(section, wanted), words & FULLY_DESCRIBED)
-        elif kinds := kinds_in(words) & set(section_kinds(section.models)) - EVERYDAY_KINDS:
+        elif kinds := named & set(section_kinds(section.models)):
             rows = kinds_brief(section, kinds)
         if rows:
             parts.append("\n".join([f"## {section.title}", *rows]))

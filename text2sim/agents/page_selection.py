@@ -76,7 +76,7 @@ PLANNER_PAGES = ("Measures", "Events", "Expectations", "Regions of space")
 """Pages about parts that the Planner writes; the Action Writer needs them only to add its own."""
 ALWAYS_DESCRIBED = frozenset({"ramp", "still"})
 """Kinds that are described to every reader of their page."""
-EVERYDAY_KINDS = frozenset({"ball", "line", "text", "free", "still", "box", "rigid", "sphere"})
+EVERYDAY_KINDS = frozenset({"ball", "line", "text", "free", "still", "box", "rigid", "sphere", "reach"})
 """Kinds that are everyday words or need no explanation."""
 FULLY_DESCRIBED = frozenset({"pattern", "label", "vary", "palette", "overlay"})
 """Models that are described with all fields if an instruction names them."""

@@ -131,6 +131,7 @@ def change_section(
     """
     current = mapping(case, section)
     wrong = "\n".join(f"- {problem}" for problem in change.problems)
+    named = "".join(f" `{kind}`" for kind in _named_controls(section, current, f"{change.instruction} {wrong}"))
     question = render(
         "change",
         request=request,
@@ -145,7 +146,7 @@ def change_section(
         keep=change.keep,
         left=change.left,
         instruction=change.instruction,
-        pages=language.named_reference(section, f"{change.instruction} {_quoted(wrong)}", _kinds_there(current)),
+        pages=language.named_reference(section, f"{change.instruction} {_quoted(wrong)}{named}", _kinds_there(current)),
     )
 
     def read(data: Any) -> dict[str, Any] | Refer | Unchanged:
@@ -162,6 +163,14 @@ def change_section(
 
     prompt = writer_prompt(ROLES[section], language.rules(brief=True, reader=section), change=True)
     return chat.ask(section, prompt, question, read, read_pages=PageRequests())
+
+
+def _named_controls(section: str, data: Mapping[str, Any], text: str) -> list[str]:
+    """Kinds of the controls that a text names."""
+    controls = data.get("controls") if section == "actions" else None
+    words = set(re.findall(r"[A-Za-z_][A-Za-z_0-9]*", text))
+    named = [row for name, row in controls.items() if name in words] if isinstance(controls, Mapping) else []
+    return sorted({str(row["kind"]) for row in named if isinstance(row, Mapping) and "kind" in row})
 
 
 def _kinds_there(data: Any) -> set[str]:
