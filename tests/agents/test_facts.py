@@ -80,6 +80,7 @@ def told(tmp_path: Path) -> Any:
     run.touch(ball, other, range(90, 94), (50.0, 0, 0))
     run.write()
     seen = {
+        "state": "finished",
         "legibility": {
             "films": {
                 "main": {
@@ -206,6 +207,15 @@ def test_a_fact_is_true_false_or_open(told: Any, claim: dict[str, Any], ok: bool
     fact = told(**claim)
     assert fact.ok is ok, fact.told
     assert said in fact.told
+
+
+def test_what_never_touched_until_a_run_broke_off_is_open(told: Any, tmp_path: Path) -> None:
+    evidence = tmp_path / "run" / "evidence.json"
+    evidence.write_text(evidence.read_text("utf-8").replace("finished", "diverged"))
+    fact = told(touched="tin", by="floor", never=True)
+    assert fact.ok is None
+    assert "before its end" in fact.told
+    assert told(touched="tin", by="ball", never=True).ok is False, "what has happened has happened"
 
 
 def test_colours_go_by_everyday_words() -> None:

@@ -195,6 +195,19 @@ def test_what_hangs_in_the_air_gets_posts_where_nothing_moves():
     assert not ((fewer.vertices[:, :2] > 0).all(axis=1)).any(), "the ball passes there"
 
 
+def test_what_is_close_before_a_wall_is_fixed_to_it():
+    board = box((1.3, 0.01, 0.36), (0, 0, 1.8))
+    wall = box((1.3, 0.04, 1.15), (0, 0.19, 1.15))
+    assert posts([board, wall], 0.0, []) is None
+    for other in (
+        box((1.3, 0.04, 1.15), (0, 0.6, 1.15)),  # too far
+        box((0.3, 0.04, 1.15), (0, 0.19, 1.15)),  # narrow
+        box((1.3, 0.04, 0.4), (0, 0.19, 0.4)),  # low
+        box((1.3, 0.04, 1.0), (0, 0.19, 2.0)),  # hangs in the air itself
+    ):
+        assert posts([board, other], 0.0, []) is not None
+
+
 def test_a_tilted_lawn_is_ground_and_needs_no_posts() -> None:
     """Neither does what stands on it, although the low edge of the lawn is all of the group that is on the floor."""
     lawn = StaticBody(

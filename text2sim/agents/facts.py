@@ -307,7 +307,10 @@ def _has_touched(claim: Claim, run: JudgedRun) -> FactAnswer:
     """Whether one body touches another: at all, for a total time, or never."""
     rows = _touches(run.recording, claim.touched, claim.by)
     if not rows:
-        return claim.never, f"`{claim.by}` never touches `{claim.touched}`"
+        sentence = f"`{claim.by}` never touches `{claim.touched}`"
+        if claim.never and run.evidence.get("state") != "finished":
+            return None, f"{sentence} until the run ended, before its end"
+        return claim.never, sentence
     total, until, step = 0.0, -inf, run.recording.states.dt
     for row in rows:
         start, end = float(row["time"]) - step, float(row["end"])  # a contact in a single step lasts that step

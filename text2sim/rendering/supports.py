@@ -1,8 +1,9 @@
 """Supports of statics, and of bases of mechanisms, that hang in the air: thin posts, which are only drawn.
 
-Touching ones form a group. A group needs posts if its centre is not above its footprint on the floor, and no part of it
-that stands by itself reaches up to that height. Posts stand under the corners of its largest part, where nothing passes
-in the recording, and out of the near half of all views; if half of them would be in the way, rods hold it from above.
+Touching ones form a group. A group needs posts if its centre is not above its footprint on the floor, no part of it
+that stands by itself reaches up to that height, and no wall is close to it that may hold it. Posts stand under the
+corners of its largest part, where nothing passes in the recording, and out of the near half of all views; if half of
+them would be in the way, rods hold it from above.
 """
 
 from collections.abc import Collection
@@ -31,6 +32,8 @@ NEAR = 0.03
 """Largest height over the floor of points that stand on it, relative to the size of the group."""
 STEADY = 0.15
 """Largest distance of the centre of a group beyond its footprint, relative to the size of the group."""
+CLOSE, WIDE = 0.1, 0.8
+"""Largest gap between a group and a wall that holds it, and width of that wall, relative to the group's width."""
 LOW = 0.08
 """Length of the shortest post, relative to the size of what it carries."""
 INSET, SLIM, SMALL = 0.12, 0.22, 0.3
@@ -136,6 +139,8 @@ def posts(things: list[StaticBody], level: float, moving: list[tuple[Array, Arra
     for group in _groups(things):
         if any(thing.is_ground for thing in group) or _is_steady(group, level) or _is_held(group, level):
             continue
+        if any(_is_wall_behind(thing, group, level) for thing in things if not any(thing is one for one in group)):
+            continue
         largest = max(group, key=lambda thing: float(np.prod((thing.high - thing.low)[:2])))
         below, wanted = _posts_below(largest, level, things, moving)
         # A single post of two would look like a stray line.
@@ -204,6 +209,18 @@ def _is_held(group: list[StaticBody], level: float) -> bool:
         return False
     largest = max(rest, key=lambda thing: thing.size)
     return max(float(thing.high[2]) for thing in standing) >= float(largest.low[2] + largest.high[2]) / 2
+
+
+def _is_wall_behind(wall: StaticBody, group: list[StaticBody], level: float) -> bool:
+    """Return whether a body is a wall, as wide as a group and as high as its middle, close to one of its sides."""
+    corners = np.concatenate([thing.corners for thing in group]).reshape(-1, 3)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    along = int(np.argmax((high - low)[:2]))
+    width = float((high - low)[along])
+    gap = max(float(wall.low[1 - along] - high[1 - along]), float(low[1 - along] - wall.high[1 - along]))
+    shared = float(min(wall.high[along], high[along]) - max(wall.low[along], low[along]))
+    tall = float(wall.high[2]) >= float(low[2] + high[2]) / 2
+    return gap <= CLOSE * width and shared >= WIDE * width and tall and _is_steady([wall], level)
 
 
 def _posts_below(
