@@ -180,7 +180,8 @@ class _Mutual:
     """Particles that a link carries, and that act on the link.
 
     In each substep a held particle first moves with its link as if it were a part of it. Then threads and contacts give
-    it a momentum `m dv`, which is passed on to the link as a force `m dv / h` in the next substep. So momentum is
+    it a momentum `m dv`, which is passed on to the link as a force `m dv / h` in the next substep, and is taken from it
+    again. So momentum is
     conserved. `m` is the link's effective mass at the point, divided by its number of points: the threads move the
     particle as far as they would move the link.
     """
@@ -265,8 +266,12 @@ def _feel(
 ):
     for k in range(numbers.shape[0]):
         at = _anchor(holders[k], local[k, 0], local[k, 1], local[k, 2], links)
-        given = mass[k] * (particles[numbers[k], 0].vel - func_vel_at_point(holders[k], 0, at, links))
+        speed = func_vel_at_point(holders[k], 0, at, links)
+        given = mass[k] * (particles[numbers[k], 0].vel - speed)
         func_apply_coupling_force(holders[k], 0, at, given / h, links)
+        # What the pull made of it was only asked for: where the point is, its link is.
+        particles[numbers[k], 0].pos = at
+        particles[numbers[k], 0].vel = speed
 
 
 class _Mpm:
