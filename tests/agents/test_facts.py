@@ -88,7 +88,7 @@ def told(tmp_path: Path) -> Any:
                     "statics": {"post": 0.05, "peg": 0.0},
                 }
             }
-        }
+        },
     }
     (run.folder / "evidence.json").write_text(json.dumps(seen))
     samples = [

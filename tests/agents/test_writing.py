@@ -110,6 +110,12 @@ def test_a_brief_in_everyday_words_brings_the_pages_that_it_needs() -> None:
     for words in ("One strong light, grazing the wall.", "Light comes in from the left."):
         assert "softbox" in _kinds_for("render", plan, words), words
     assert "softbox" not in _kinds_for("render", plan, "A light board, seen from the left.")
+    assert "piecewise" in _kinds_for("actions", plan, "The rods push for a second and go back.")
+    hand = CasePlan(name="p", event="e", bodies={"hand": PlannedBody(kind="articulated", what="three fingers")})
+    assert {"hinge", "slider", "cylinder"} <= _kinds_for(
+        "bodies", hand, "Links on hinges, rods (cylinders) on sliders."
+    )
+    assert "hinge" not in _kinds_for("bodies", plan, "The sheet hangs from a bar on a hinge.")
 
 
 def test_another_section_is_not_taken(tmp_path: Path) -> None:

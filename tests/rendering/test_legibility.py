@@ -215,6 +215,22 @@ def test_what_the_edge_of_the_picture_cuts_is_said(make_run: MakeRun) -> None:
     assert re.fullmatch(r"the picture's edge cuts off up to (2\d|3\d) % of `cut` in 4 of 4 pictures", row), row
 
 
+@pytest.mark.parametrize(("start", "whole"), [(0.1, True), (0.39, False)])
+def test_a_replay_from_nearby_cuts_nothing_off(make_run: MakeRun, start: float, whole: bool) -> None:
+    """A close shot of what the film has shown already, or of its last pictures, which it shows for the first time."""
+    far = {"kind": "still", "up": (0, 0, 1), "fov": 40.0, "pos": (0, -4, 0), "look_at": (0, 0, 0)}
+    cameras = {"main": far, "near": far | {"pos": (0, -1.2, 0)}}
+    rows = [("main", 0.0, 0.38), ("near", start, 0.4)]
+    shots = [
+        {"name": f"s{k}", "camera": one, "from": a, "to": b, "speed": 0.1, "hold": 0.0}
+        for k, (one, a, b) in enumerate(rows)
+    ]
+    crate = {"crate": STILL | {"half": 0.4, "pos": (0, 0, 0)}}
+    shots = shots if not whole else [shots[0] | {"to": 0.4}, shots[1] | {"to": 0.3}]
+    inside = least_inside(Watcher(read_recording(make_run(crate, cameras=cameras, shots=shots))))
+    assert (inside["crate"] == 1) is whole
+
+
 def test_statics_that_the_edge_of_the_picture_cuts_are_said_unless_they_are_background(make_run: MakeRun) -> None:
     """The camera of the test above. The wall reaches far beyond the picture, the pit by some 15 % of its width."""
     camera = {"main": {"kind": "still", "up": (0, 0, 1), "fov": 40.0, "pos": (0, -4, 0), "look_at": (0, 0, 0)}}

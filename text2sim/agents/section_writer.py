@@ -21,6 +21,7 @@ from text2sim.agents.page_selection import (
     DEFORMABLE_KINDS,
     FIELD_CONTROLS,
     LIGHT_WORDS,
+    TO_AND_FRO,
 )
 from text2sim.agents.replies import SECTIONS, CasePlan, Refer
 from text2sim.agents.revising import mapping
@@ -248,6 +249,7 @@ def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
             events = {str(row.get("kind")) for row in plan.checks.events.values()}
             found |= {kind for event in events for kind in CONTROLS_OF_EVENTS.get(event, ())}
             found |= language.schedules_in_examples(found)
+            found |= {"piecewise"} if mentioned & TO_AND_FRO else set()
         elif LIGHT_WORDS.search(words):
             found.add("softbox")
         return found
@@ -259,6 +261,9 @@ def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
         said = " ".join([words, *(f"{name} {body.what}" for name, body in own.items())]).lower()
         found |= {BELT} if BELT_WORDS & set(re.findall(r"[a-z]+_velocity|[a-z]+", said)) else set()
         found |= {"pairs"} if re.search(r"\bpairs?\b", words) else set()  # friction of two bodies is set in the scene
+    elif "articulated" in found:  # joints and links of mechanisms are told in shared notes
+        named = kind_words.kinds_in(set(re.findall(r"[a-z_]+", words.lower())))
+        found |= named & {*language.mount_kinds(), *language.shape_kinds()} - AS_WORDS
     return found
 
 

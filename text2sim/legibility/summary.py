@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from statistics import median
 from typing import Any
 
@@ -91,9 +92,14 @@ def largest_shares(watcher: Watcher) -> dict[str, float]:
 
 
 def least_inside(watcher: Watcher) -> dict[str, float]:
-    """Return the smallest fraction of each thing that is within a picture of the main film; 0 where one misses it."""
+    """Return the smallest fraction of each thing that is within a picture of the main film; 0 where one misses it.
+
+    Replays, which show again what was seen, are left out.
+    """
     film, last = watcher.recording.film, watcher.recording.last
-    rows = watcher.rows(frames(film, reels(film)[MAIN], last))
+    found = watcher.rows(frames(film, reels(film)[MAIN], last))
+    latest = accumulate((row["t"] for row in found), max)
+    rows = [row for row, until in zip(found, latest, strict=True) if row["t"] >= until]
     return {
         name: min((row["bodies"].get(name, {}).get("inside") or 0.0 for row in rows), default=0.0)
         for name in watcher.recorded.names
