@@ -261,7 +261,7 @@ def _is_seen(claim: Claim, run: JudgedRun) -> FactAnswer:
     most = row["share"]["max"] if row is not None else run.seen.get(body) if still is None else still
     if most is None:
         return None, f"what the film shows of `{body}` was not measured"
-    pictures = f" and is seen in {row['seen']} of {main['pictures']} pictures" if row and "pictures" in main else ""
+    pictures = f" and is seen in {row['seen']} of {main['pictures']} samples" if row and "pictures" in main else ""
     return _enough(body, most, pictures)
 
 

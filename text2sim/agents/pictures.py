@@ -38,7 +38,10 @@ FEWEST_TRACED = 6
 MORE_TRACING_TIME = 240.0
 """Further time for the fewest, if they will be done by then [s]: a preview makes all frames of the film."""
 
-TRACED_NOTE = "The frames are path-traced, as the film will be, but small and coarse."
+TRACED_NOTE = (
+    "The frames are path-traced, as the film will be, but small and coarse; they stand in the order of time, not of "
+    "shots, and `replay` is what the film shows again."
+)
 PREVIEWED_FINISHES = (None, "rough", "painted", "plastic", "smooth")
 """Finishes that a preview shows approximately."""
 MAX_NAMED_LOOKS = 8

@@ -320,7 +320,7 @@ def _visibility_rows(evidence: Mapping[str, Any]) -> list[str]:
     for camera, row in (evidence.get("visibility") or {}).items():
         for body, seen in row["bodies"].items():
             share = f"{100 * seen['largest']:.2g} % of the picture (at {_short_number(seen['at'])} s)"
-            often = f"seen in {seen['pictures']} of {row['pictures']} pictures"
+            often = f"seen in {seen['pictures']} of {row['pictures']} samples"
             rows.append(f"- `{camera}`: `{body}` fills at most {share}, {often}")
         if row["never_seen"]:
             rows.append(f"- `{camera}` never sees {', '.join(f'`{name}`' for name in row['never_seen'])}")
