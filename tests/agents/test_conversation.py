@@ -68,7 +68,7 @@ def test_a_role_that_never_answers_well_has_failed(tmp_path: Path) -> None:
     [
         "x" * 1_100_000,
         fenced("n: !!python/object/apply:os.system ['touch pwned']"),
-        fenced("a: &a [1]\nb: [*a, *a]\nn: 3"),
+        fenced("a0: &a0 [1]\n" + "".join(f"a{k + 1}: &a{k + 1} [{f'*a{k}, ' * 9}]\n" for k in range(9)) + "n: 3"),
         "```python\nimport os; os.system('touch pwned')\n```",
         fenced("{" * 80 + "}" * 80),
     ],

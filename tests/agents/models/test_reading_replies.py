@@ -58,6 +58,22 @@ def test_the_block_comes_along_as_it_was_written() -> None:
     assert read_reply(f"x\n{fenced('a: 1  # why')}y").text == "a: 1  # why"
 
 
+def test_what_is_written_once_and_meant_several_times_is_read() -> None:
+    text = """
+bodies:
+  one: &one {kind: rigid, shape: &stick {kind: box, size: [1, 2, 3]}, friction: 0.5}
+  two: {<<: *one, friction: 0.8}
+  three: {shape: *stick, size: &n 4, more: [*n, *n]}
+  four: *one
+"""
+    bodies = read_reply(fenced(text)).data["bodies"]
+    stick = {"kind": "box", "size": [1, 2, 3]}
+    assert bodies["two"] == {"kind": "rigid", "shape": stick, "friction": 0.8}
+    assert bodies["three"] == {"shape": stick, "size": 4, "more": [4, 4]}
+    assert bodies["four"] == bodies["one"] == {"kind": "rigid", "shape": stick, "friction": 0.5}
+    assert bodies["four"]["shape"] is not bodies["one"]["shape"], "a change of one is none of the other"
+
+
 @pytest.mark.parametrize(
     ("reply", "line", "words"),
     [
@@ -68,8 +84,8 @@ def test_the_block_comes_along_as_it_was_written() -> None:
         ('so\n\n{"a": 1', 3, "not closed"),
         (fenced("just words"), 2, "no mapping and no list"),
         ("hm\n" + fenced("a: 1\nb: 2\na: 3"), 5, "the key `a` is already in line 3"),
-        (fenced("a: &x [1]\nb: *x"), 2, "anchors"),
-        (fenced("a: *x"), 2, "aliases"),
+        (fenced("a: *x"), 2, "no value before is marked as `&x`"),
+        (fenced("a: &x [1, *x]"), 2, "no value before is marked as `&x`"),
         (fenced("a: !!python/object/apply:os.system ['echo hi']"), 2, "tags"),
         (fenced("a: .nan"), 2, "not a finite number"),
         (fenced("a: 1e999"), 2, "too large"),
@@ -110,7 +126,7 @@ HOSTILE = {
     "ticks": "`" * 990_000,
     "mark": "``` " + " " * 900_000 + "`",
     "expressions": fenced(("a: " + "${" * 400 + "\n") * 1_000),
-    "laughs": fenced("a: &a [x, x]\n" + "".join(f"b{i}: &b{i} [*a, *a]\n" for i in range(50))),
+    "laughs": fenced("b0: &b0 [x, x]\n" + "".join(f"b{i + 1}: &b{i + 1} [*b{i}, *b{i}]\n" for i in range(50))),
 }
 
 

@@ -91,3 +91,12 @@ def test_densities_of_what_deforms(tmp_path: Path, body: str, key: str, value: f
     assert (found.path, found.hint) == (f"/bodies/a/material/{key}", hint)
     fine = hint or {"density": "900", "area_density": "0.2"}[key]
     assert findings(tmp_path, "implausible-density", case.format(body, key, fine)) == []
+
+
+@pytest.mark.parametrize(("mount", "count"), [("free", 1), ("hinge", 1), ("fixed", 0)])
+def test_mass_that_overlapping_parts_have_twice(tmp_path: Path, mount: str, count: int) -> None:
+    """What never moves needs no mass."""
+    parts = "a: {shape: {kind: box, size: [0.2, 0.1, 0.1]}}, b: {shape: {kind: box, size: [0.1, 0.1, 0.2]}}"
+    body = f"{{kind: rigid, shape: {{kind: compound, parts: {{{parts}}}}}, mount: {{kind: {mount}}}, pose: {{pos: [0, 0, 1]}}}}"
+    found = findings(tmp_path, "counted-twice", f"bodies: {{cross: {body}}}")
+    assert [problem.path for problem in found] == ["/bodies/cross/shape/parts"] * count

@@ -27,6 +27,7 @@ MAX_SHOWN_PROBLEMS = 10
 MAX_KEPT_PROBLEMS = 100
 """Largest number of problems that are kept."""
 FILE = "reply"
+MERGE = "<<"
 
 
 class Parsed(NamedTuple):
@@ -55,11 +56,12 @@ def read_reply(text: str) -> Parsed:
     """Return the data of a reply.
 
     The data is in a fenced block (the last complete one marked as YAML or JSON, else the last unmarked one), or bare,
-    with or without prose around it. JSON may contain comments and trailing commas.
+    with or without prose around it. JSON may contain comments and trailing commas. Anchors, aliases and merge
+    keys are read, although cases have none: who describes three alike fingers uses them.
 
     Raises:
-        ReplyError: If it holds no data, or data that is incomplete or invalid, has duplicate keys, anchors, aliases or
-            tags, or is too deep or too large. Line numbers refer to the whole reply.
+        ReplyError: If it holds no data, or data that is incomplete or invalid, has duplicate keys, tags or
+            unknown aliases, or is too deep or too large. Line numbers refer to the whole reply.
     """
     if len(text) > MAX_REPLY_LENGTH:
         raise _error(f"the reply has {len(text):,} characters; {MAX_REPLY_LENGTH:,} are read", "too-large")
@@ -76,12 +78,26 @@ def read_reply(text: str) -> Parsed:
         raise _error(message, "no-value", lost[0][0] + 1)
     source = Source(text, FILE)
     try:
-        data = parse_document(check_source(source)).data
+        data = _merged(parse_document(check_source(source), aliases=True).data)
     except SpecError as error:
         raise ReplyError(error.problems[:MAX_KEPT_PROBLEMS], source) from None
     if not isinstance(data, dict | list):
         raise _error("the block holds no mapping and no list", "no-data", block.line)
     return Parsed(data, block.text)
+
+
+def _merged(data: Any) -> Any:
+    """Return data with merge keys (`<<: *base`) applied: a mapping's own keys take the place of merged ones."""
+    if isinstance(data, list):
+        return [_merged(row) for row in data]
+    if not isinstance(data, dict):
+        return data
+    own = {key: _merged(value) for key, value in data.items()}
+    bases = own.pop(MERGE, {})
+    rows = bases if isinstance(bases, list) else [bases]
+    if not all(isinstance(row, dict) for row in rows):
+        return {**own, MERGE: bases}
+    return {key: value for row in [*reversed(rows), own] for key, value in row.items()}
 
 
 def _choose(text: str) -> FencedBlock:

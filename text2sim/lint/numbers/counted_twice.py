@@ -12,6 +12,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import AXES
+from text2sim.spec_schema.models.bodies import FixedMount
 from text2sim.spec_schema.models.materials import DENSITY
 
 MIN_SHARED_MASS = 0.05
@@ -28,6 +29,8 @@ def _counted_twice(facts: Facts) -> Iterator[Problem]:
         if body.kind != "rigid" or shape.kind != "compound" or body.material.mass is not None:  # type: ignore[union-attr]
             continue
         where = ("bodies", name, "shape", "parts")
+        if isinstance(body.mount, FixedMount):
+            continue  # what never moves needs no mass
         if facts.loaded.document.origin(where) is not None:
             continue  # the user of a prefab cannot fix it
         copy, density = facts.placed[name][0], body.material.density or DENSITY

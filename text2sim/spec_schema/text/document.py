@@ -142,15 +142,20 @@ def find_value(data: Any, path: Path) -> Any:
     return data
 
 
-def parse_document(source: Source) -> Document:
+def parse_document(source: Source, *, aliases: bool = False) -> Document:
     """Parse one YAML document.
+
+    Args:
+        source: The text.
+        aliases: Whether to put what an anchor marks in the place of its aliases, as far as the largest number of values
+            allows.
 
     Raises:
         SpecError: If it is not valid YAML, has a duplicate key, or uses a part of YAML that the language excludes:
-            anchors and aliases, tags, several documents, numbers that are not finite.
+            anchors and aliases, unless they are allowed, tags, several documents, numbers that are not finite.
     """
     try:
-        return _Composer(source).compose()
+        return _Composer(source, aliases=aliases).compose()
     except yaml.YAMLError as error:
         raise SpecError([syntax_problem(source, error)]) from None
 
@@ -158,8 +163,8 @@ def parse_document(source: Source) -> Document:
 class _Composer:
     """Conversion of the parser's events to data and positions in one pass, without recursion."""
 
-    def __init__(self, source: Source) -> None:
-        self.source = source
+    def __init__(self, source: Source, *, aliases: bool = False) -> None:
+        self.source, self.aliases = source, aliases
         self.problems: list[Problem] = []
         self.sites: dict[Path, str] = {}
         # One frame for each open collection: its data and its node; and the key that awaits a value.
@@ -169,6 +174,8 @@ class _Composer:
 
     def compose(self) -> Document:
         parser = open_parser(mask(self.source.text))
+        if self.aliases:
+            parser = _Repeating(parser)
         data: Any = None
         root: Node | None = None
         count = 0
@@ -199,6 +206,8 @@ class _Composer:
                 continue
             elif isinstance(event, yaml.AliasEvent):
                 message = f"aliases (`*{event.anchor}`) are not part of the language; use params or repeat"
+                if self.aliases:
+                    message = f"no value before is marked as `&{event.anchor}`"
                 raise self._fatal(event.start_mark, message, "alias")
             elif isinstance(event, yaml.DocumentStartEvent) and root is not None:
                 raise self._fatal(event.start_mark, "a file has one document; a second one starts here", "documents")
@@ -296,7 +305,7 @@ class _Composer:
         return unmask(text)
 
     def _refuse(self, event: Any) -> None:
-        if event.anchor is not None:
+        if event.anchor is not None and not self.aliases:
             message = f"anchors (`&{event.anchor}`) are not part of the language; use params or repeat"
             raise self._fatal(event.start_mark, message, "alias")
         if event.tag is not None:
@@ -308,6 +317,38 @@ class _Composer:
     def _fatal(self, mark: Any, message: str, rule: str) -> SpecError:
         self._add(mark, message, rule)
         return SpecError(self.problems)
+
+
+class _Repeating:
+    """A parser that yields the events of what an anchor marks again for each alias."""
+
+    def __init__(self, parser: Any) -> None:
+        self._parser = parser
+        self._known: dict[str, list[Any]] = {}
+        self._open: list[tuple[list[Any], int]] = []
+        """Of each marked collection that is open: its events so far, and the depth outside of it."""
+        self._depth = 0
+        self._waiting: list[Any] = []
+
+    def get_event(self) -> Any:
+        event = self._waiting.pop() if self._waiting else self._parser.get_event()
+        if isinstance(event, yaml.AliasEvent) and event.anchor in self._known:
+            self._waiting += reversed(self._known[event.anchor])
+            return self.get_event()
+        for events, _ in self._open:
+            events.append(event)
+        if isinstance(event, yaml.ScalarEvent) and event.anchor is not None:
+            self._known[event.anchor] = [event]
+        elif isinstance(event, yaml.CollectionStartEvent):
+            if event.anchor is not None:
+                self._open.append(([event], self._depth))
+            self._depth += 1
+        elif isinstance(event, yaml.CollectionEndEvent):
+            self._depth -= 1
+            if self._open and self._open[-1][1] == self._depth:
+                events, _ = self._open.pop()
+                self._known[events[0].anchor] = events
+        return event
 
 
 _KEY = object()
