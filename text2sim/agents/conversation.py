@@ -27,8 +27,8 @@ MAX_PAGE_REQUESTS = 2
 """Largest number of requests for pages before an answer."""
 MAX_REQUESTED_PAGES = 20
 """Largest number of pages in one request."""
-MAX_QUOTED_ANSWER = 12_000
-"""Characters of a refused answer that are sent back with its faults."""
+MAX_QUOTED_ANSWER = 40_000
+"""Characters of a refused answer that are sent back with its faults, to be sent again: a mechanism takes 27,000."""
 MAX_LISTED_FAULTS = 12
 """Largest number of faults that are sent back."""
 CHANGES_KEY = "changes"
