@@ -111,6 +111,9 @@ def test_a_brief_in_everyday_words_brings_the_pages_that_it_needs() -> None:
         assert "softbox" in _kinds_for("render", plan, words), words
     assert "softbox" not in _kinds_for("render", plan, "A light board, seen from the left.")
     assert "piecewise" in _kinds_for("actions", plan, "The rods push for a second and go back.")
+    pins = CasePlan(name="p", event="e", bodies={"pin": PlannedBody(kind="rigid", shape="cylinder", mount="slider")})
+    assert "drive" in _kinds_for("actions", pins, "One control, `pull`, raises the pins.")
+    assert "drive" not in _kinds_for("actions", plan, "One control, `pull`, raises the sheet.")
     hand = CasePlan(name="p", event="e", bodies={"hand": PlannedBody(kind="articulated", what="three fingers")})
     assert {"hinge", "slider", "cylinder"} <= _kinds_for(
         "bodies", hand, "Links on hinges, rods (cylinders) on sliders."

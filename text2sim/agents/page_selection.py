@@ -23,6 +23,8 @@ INDEXED_PAGES = ("`bodies`: the actors", "Shapes", "Shapes of cloth", "Mounts", 
 """Pages whose kinds the Planner sees, one line each."""
 MPM = frozenset({"soft", *FLOWING})
 JOINTED = frozenset({"hinge", "slider", "ball", *LINKED})
+MOTORED = frozenset({"hinge", "slider", "articulated"})
+"""Kinds with joints that a motor may drive."""
 COPIES = frozenset({"line", "grid", "ring", "spiral", "stack", "running_bond", "packing", "glyphs", "fragments"})
 KINDS_BY_MODEL: dict[str, frozenset[str]] = {
     "Contact": MPM | {"cloth", "fem", "ipc", "pairs"}, "Solver": frozenset({"newton", "cg"}), "Material": frozenset(),

@@ -21,6 +21,7 @@ from text2sim.agents.page_selection import (
     DEFORMABLE_KINDS,
     FIELD_CONTROLS,
     LIGHT_WORDS,
+    MOTORED,
     TO_AND_FRO,
 )
 from text2sim.agents.replies import SECTIONS, CasePlan, Refer
@@ -250,6 +251,7 @@ def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
             found |= {kind for event in events for kind in CONTROLS_OF_EVENTS.get(event, ())}
             found |= language.schedules_in_examples(found)
             found |= {"piecewise"} if mentioned & TO_AND_FRO else set()
+            found |= {"drive"} if given & MOTORED else set()
         elif LIGHT_WORDS.search(words):
             found.add("softbox")
         return found
