@@ -17,13 +17,14 @@ PAGE = (HERE.parents[1] / "docs" / "evaluation_results.md").read_text("utf-8")
 PROMPTS = read_suite(HERE / "recorded" / "user_requests.yaml")[0].prompts
 INTERRUPTED = ("awning_melons", "wobble_towers")
 COUNTED = [prompt for prompt in PROMPTS if prompt not in INTERRUPTED]
-FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEWEST = (
+FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, NEWEST = (
     COUNTED[4:9],
     COUNTED[9:12],
     COUNTED[12:14],
     COUNTED[14:19],
     COUNTED[19:23],
-    COUNTED[23:],
+    COUNTED[23:26],
+    COUNTED[26:],
 )
 METHODS, KINDS = ("text2sim-with-cards", "agent-no-cards"), ("physical", "visual")
 AGAIN = ("text2sim-with-cards, film traced again", "agent-no-cards, again")
@@ -58,6 +59,7 @@ def test_means_and_differences_are_those_of_the_page():
         "two more": TWO_MORE,
         "last five": LAST,
         "four after them": LATEST,
+        "three after those": NEXT,
         "newest three": NEWEST,
     }
     for name, some in (parts | {"user requests": COUNTED}).items():
@@ -96,4 +98,8 @@ def test_what_was_marked_below_one():
         *(("three_joined_vessels", bare, name) for name in ("body.jug", "body.water")),
         *(("three_joined_vessels", ours, name) for name in ("body.jug", "action.level")),
         *(("wave_carries_crate", bare, name) for name in ("scene.calm", "action.bob")),
+        *(("roman_blind_rods", bare, name) for name in ("body.cords", "action.still", "action.swags")),
+        *(("roman_blind_rods", ours, name) for name in ("body.inextensible", "action.still", "action.level")),
+        ("band_bundles_tubes", ours, "body.band"),
+        ("finger_two_links", bare, "render.diagonal"),
     }
