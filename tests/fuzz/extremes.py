@@ -84,7 +84,7 @@ BODIES = {
     "ragdoll": "{kind: ragdoll, height: 1.7, pose: {pos: [0, 0, 1.5]}}",
     "soft": "{kind: soft, solver: mpm, shape: {kind: box, size: [0.2, 0.2, 0.2]}, cell: 0.05, pose: {pos: [0, 0, 1]}}",
     "fem": "{kind: soft, solver: fem, shape: {kind: box, size: [0.2, 0.2, 0.2]}, cell: 0.1, pose: {pos: [0, 0, 1]}}",
-    "cloth": "{kind: cloth, solver: pbd, shape: {kind: sheet, size: [0.4, 0.4]}, cell: 0.05, pose: {pos: [0, 0, 1]}}",
+    "cloth": "{kind: cloth, solver: pbd, shape: {kind: sheet, size: [0.4, 0.4]}, cell: 0.05, material: {youngs_modulus: 1e6, prestretch: 1.5}, pose: {pos: [0, 0, 1]}}",
     "rope": "{kind: rope, length: 1, radius: 0.02, pose: {pos: [0, 0, 1]}}",
     "beam": "{kind: beam, size: [1, 0.1, 0.02], segments: 4, youngs_modulus: 1e9, damping_ratio: 0.02, pose: {pos: [0, 0, 1]}}",
     "granular": "{kind: granular, shape: {kind: box, size: [0.2, 0.2, 0.2]}, cell: 0.05, pose: {pos: [0, 0, 1]}}",
