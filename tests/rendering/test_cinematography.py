@@ -248,6 +248,8 @@ def test_who_films_it_knows_where_and_when_and_what_was_tried(make_run: MakeRun,
     assert "Not so dark." in second, "what did not raise the marks is not tried again"
     asked = [request for request in studio.model.asked if request.role == "render"]
     assert [len(request.messages[-1].images) for request in asked] == [1, 1]
+    told = asked[0].messages[0].text
+    assert "brushed_metal" in told and "gingham" in told, "what finishes and patterns there are"
 
 
 def test_no_preview_is_filmed_of_what_is_traced_next(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -196,7 +196,7 @@ class Cinematography:
             "treat",
             count=many,
             rules=language.rules(brief=True, reader="render"),
-            pages=language.reference_pages("render"),
+            pages=f"{language.reference_pages('render')}\n\n{language.explanations(['Look', 'Pattern'])[0]}",
         )
         question = render(
             "treat_ask",
