@@ -181,9 +181,8 @@ class _Mutual:
 
     In each substep a held particle first moves with its link as if it were a part of it. Then threads and contacts give
     it a momentum `m dv`, which is passed on to the link as a force `m dv / h` in the next substep, and is taken from it
-    again. So momentum is
-    conserved. `m` is the link's effective mass at the point, divided by its number of points: the threads move the
-    particle as far as they would move the link.
+    again. So momentum is conserved. `m` is the link's effective mass at the point, divided by its number of points: the
+    threads move the particle as far as they would move the link.
     """
 
     def __init__(self, hold):

@@ -16,6 +16,7 @@ from text2sim.compiler.soft.setup import FemSettings, MpmSettings, PbdSettings, 
 from text2sim.compiler.soft.solver_domain import domain_box, find_surroundings, floor_height
 from text2sim.compiler.soft.travel import Travel
 from text2sim.spec_schema.models.scene import Scene
+from text2sim.spec_schema.models.sheets import Sleeve
 from text2sim.spec_schema.models.soft_bodies import Cloth, Liquid, Snow
 from text2sim.spec_schema.models.soft_materials import SnowMaterial
 
@@ -164,7 +165,9 @@ def elastic_step(model: Cloth, cell: float) -> float:
     """
     own = model.material
     assert own.tension_modulus is not None
-    return cell * sqrt(ELASTIC_SWEEPS * STRETCH_RELAXATION * own.area_density / (2 * own.tension_modulus))
+    narrower = own.prestretch or 1.0 if isinstance(model.shape, Sleeve) else 1.0  # of its triangles at rest
+    wanted = own.tension_modulus * narrower
+    return cell * sqrt(ELASTIC_SWEEPS * STRETCH_RELAXATION * own.area_density / (2 * wanted))
 
 
 def snap_speed(model: Any) -> float:

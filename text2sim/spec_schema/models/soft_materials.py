@@ -74,7 +74,8 @@ class ClothMaterial(Model):
     prestretch: Real | None = Field(default=None, gt=1.0, le=4.0)
     """With solver pbd and a `youngs_modulus`: length of its threads at the start over that at rest, for what is held
     stretched at first, as a rubber band, a drumhead or a trampoline. A sleeve is stretched around alone, all
-    else in both directions. A strip of width b pulls with `E thickness b (prestretch - 1)`."""
+    else in both directions. A strip, b wide at rest, pulls with
+    `E thickness b (prestretch - 1)`."""
     poisson_ratio: Real | None = Field(default=None, ge=0.0, lt=0.5)
     """With solver ipc: Poisson's ratio, how much it narrows under tension; by default 0.3."""
     stretch_compliance: NonNegative | None = None
