@@ -7,6 +7,7 @@ import pytest
 
 from text2sim.compiler.build import plan_case
 from text2sim.compiler.emit import emit
+from text2sim.compiler.film_lights import MOST_GRAZING
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.models.colors import PALETTES, rgb
 from text2sim.templates.cadence import read_film
@@ -140,6 +141,33 @@ def test_lights_of_the_author_take_the_place_of_a_studios():
     # A white sheet under an irradiance of 3: 3/pi, made white, and one stop more.
     assert sky["gain"] == pytest.approx(2 * math.pi / 3, rel=1e-3)
     assert film("{ambient: 0.5}")["lights"]["fill"]["strength"] == 0.5
+
+
+def _own_gain(direction: str) -> float:
+    """Gain of a film from -y with one light of its own, whose irradiance makes a white sheet white."""
+    section = f"lights: {{key: {{kind: sun, direction: {direction}, strength: {math.pi}}}}}, ambient: 0"
+    return film(f"{{{section}, cameras: {{a: {{kind: still, from: [0, -5, 0], look_at: [0, 0, 0]}}}}}}")["gain"]
+
+
+def test_own_lights_that_graze_what_is_seen_make_the_film_brighter():
+    # Lambert's phase function: a white ball that is lit from the side shows 1/pi of what it shows lit from the camera,
+    # and 0.6 of that is taken for usual.
+    assert _own_gain("[0, 1, 0]") == pytest.approx(1, abs=1e-3), "from the camera"
+    assert _own_gain("[1, 1, 0]") == pytest.approx(1, abs=1e-3), "over the shoulder"
+    angle = math.atan2(4, 1)
+    ball = (math.sin(angle) + (math.pi - angle) * math.cos(angle)) / math.pi
+    assert _own_gain("[4, 1, 0]") == pytest.approx(0.6 / ball, rel=1e-3)
+    assert _own_gain("[1, 0, 0]") == pytest.approx(MOST_GRAZING, rel=1e-3), "from the side"
+
+
+def test_a_lamp_is_measured_where_the_camera_looks():
+    lamp = "lights: {bulb: {kind: lamp, pos: [0, -2, 0], strength: 12.5664}}, ambient: 0"
+    near, far = (
+        film(f"{{{lamp}, cameras: {{a: {{kind: still, from: [0, {y - 3}, 0], look_at: [0, {y}, 0]}}}}}}")["gain"]
+        for y in (-1, 2)
+    )
+    assert near == pytest.approx(0.25, rel=1e-3), "4/r^2 at 1 m"
+    assert far == pytest.approx(4, rel=1e-3), "at 4 m"
 
 
 def test_a_ground_with_a_colour_of_its_own_is_kept():

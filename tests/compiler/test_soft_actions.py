@@ -38,6 +38,7 @@ actions:
     height: {kind: position, of: cube, axis: z, region: {face: bottom}}
     far: {kind: distance, between: [ball, "hook[*]"]}
     weight: {kind: energy, of: ball}
+    peak: {kind: position, of: ball, axis: z, so_far: max}
     lowest: {kind: position, of: [ball, cube, "hook[1]", ball], axis: z, stat: min}
   events:
     hit: {kind: contact, between: [ball, floor]}
@@ -47,6 +48,7 @@ actions:
     down: {kind: threshold, measure: lowest, below: 0.2}
     out: {kind: leaves, of: [ball, "hook[0]"], region: {kind: sphere, center: [0, 0, 2], radius: 0.5}}
     heavy: {kind: threshold, measure: weight, above: 3}
+    peaks: {kind: threshold, measure: peak, above: 3}
     rests: {kind: rest, of: [ball, "hook[1]"], speed: 0.05, after: hit}
     calms: {kind: rest, of: [ball, cube]}
     part: {kind: separation, between: [ball, floor]}
@@ -167,6 +169,7 @@ def test_what_is_removed_is_not_at_rest():
             "part",
             "it sees contact between bodies of links, enters, leaves, threshold, rest of bodies of links, released and removed",
         ),
+        ("peaks", "a program cannot see `peak`, an extreme so far"),
         ("calms", "`calms` is about a deformable body, whose rest a program does not see"),
         ("slap", "whose contacts the engine does not report"),
         ("hard", "leave out min_impulse"),

@@ -55,6 +55,9 @@ MEASURES = {
     "pushes": {"kind": "momentum", "of": ["brick", "pin[1]"], "axis": "y"},
     "there": {"kind": "count_in", "of": ["pin[0]", "brick", "pin[1:3]"], "region": BALL},
     "change": {"kind": "position", "of": "brick", "axis": "x", "change_from": "start"},
+    "peak": {"kind": "position", "of": "brick", "axis": "x", "so_far": "max"},
+    "swung": {"kind": "position", "of": "brick", "axis": "x", "so_far": "range"},
+    "swung_both": {"kind": "position", "of": ["brick", "pin[2]"], "axis": "x", "stat": "mean", "so_far": "range"},
 }
 
 

@@ -72,7 +72,7 @@ def test_a_dark_floor_makes_the_picture_brighter():
 
 
 def test_lights_of_the_case_are_exposed_as_those_of_its_place():
-    own = "key: {kind: softbox, direction: [1, 1, -1], strength: 3.8, color: '#fff4e6'}"
+    own = "key: {kind: softbox, direction: [0.5, 1, -0.6], strength: 3.8, color: '#fff4e6'}"
     fill = "fill: {kind: environment, strength: 0.03, color: '#f0f4fb'}"
     for place in ("workshop", "studio"):
         same = film(f"{{setting: {place}, lights: {{{own}, {fill}}}}}")["gain"]

@@ -62,8 +62,10 @@ CONTROL_WORDS = {
     "release": frozenset({"let", "lets", "freed", "loose", "snap", "snaps"}),
 }
 """Everyday words for controls, in a brief."""
-TO_AND_FRO = frozenset({"back", "return", "returns", "again", "twice", "between", "targets", "fro"})
-"""Words of a brief for a motion of several targets."""
+IN_STAGES = frozenset({
+    "back", "return", "returns", "again", "twice", "between", "fro", "then", "until", "kept", "keeps", "holds",
+})  # fmt: skip
+"""Words of a brief for a motion or a strength of several stages."""
 LIGHT_WORDS = re.compile(
     r"\b(?:grazing|raking|backlit|backlight|sidelight|spotlight|light\b[^.,;]{0,40}\bfrom)\b", re.IGNORECASE
 )

@@ -272,7 +272,8 @@ HOLDS_AT_REST = (
 def rest_value(measure: Any) -> float | None:
     """Return the value of a measure while nothing happens, whatever the case; None if there is none such."""
     value, stat = measure.at_rest, getattr(measure, "stat", None)
-    if value is None or measure.change_from is not None or stat not in ("count", "range", "sum"):
+    changes = measure.change_from is not None or measure.so_far == "range"
+    if value is None or changes or stat not in ("count", "range", "sum"):
         return value
     if stat == "count":
         above, below = measure.above, measure.below

@@ -20,9 +20,9 @@ from text2sim.agents.page_selection import (
     COPIES,
     DEFORMABLE_KINDS,
     FIELD_CONTROLS,
+    IN_STAGES,
     LIGHT_WORDS,
     MOTORED,
-    TO_AND_FRO,
 )
 from text2sim.agents.replies import SECTIONS, CasePlan, Refer
 from text2sim.agents.revising import mapping
@@ -250,7 +250,7 @@ def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
             events = {str(row.get("kind")) for row in plan.checks.events.values()}
             found |= {kind for event in events for kind in CONTROLS_OF_EVENTS.get(event, ())}
             found |= language.schedules_in_examples(found)
-            found |= {"piecewise"} if mentioned & TO_AND_FRO else set()
+            found |= {"piecewise"} if mentioned & IN_STAGES else set()
             found |= {"drive"} if given & MOTORED else set()
         elif LIGHT_WORDS.search(words):
             found.add("softbox")

@@ -1,13 +1,13 @@
 """Lights of the render section as numbers, the named studios, and the exposure that fits them."""
 
-from math import dist, hypot, pi, radians
+from math import acos, dist, hypot, pi, radians, sin
 from typing import Any, NamedTuple
 
 from text2sim.compiler.default_colors import STATIC_COLOR
 from text2sim.compiler.film_cameras import FilmedScene, StartPoses, extent, ground_planes, resolve_target
 from text2sim.compiler.film_places import FilmPlace, adapted, floor_of, open_ground, place_of
 from text2sim.compiler.looks import luminance, rounded_rgb
-from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.rotation import ORIGIN, Vec
 from text2sim.spec_schema.models.lights import Environment, Lamp, Light, Sky, Softbox, Spot, Sun
 from text2sim.spec_schema.models.render import Render
 from text2sim.templates import viewpoints
@@ -18,6 +18,11 @@ SOFTBOX_SIDE = 0.24
 """Default side of a softbox, in units of its distance."""
 NIGHT = 0.2
 """Luminance of a background below which there is no daylit sky behind a horizon."""
+USUALLY_LIT = 0.6
+"""How bright a white ball looks where the strongest light comes over the photographer's shoulder, as a part of its
+brightness if the light came from the camera."""
+MOST_GRAZING = 1.7
+"""Largest factor by which own lights that graze what is seen make the film brighter."""
 CYCLORAMA_RADIUS = 8.0
 """Radius of a cyclorama, in radii of the scene: lamps stand inside and light the wall too."""
 
@@ -145,6 +150,8 @@ def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) ->
     floor = floor_of(place, scene, radius, named=render.setting is not None) if place else None
     if floor is not None:
         stops += adapted(floor)
+    pos, look_at, _ = _placed(camera, scene)
+    gain = _gain(lights, look_at, pos) if render.lights else _gain(lights, center, None)
     ground = ground_planes(scene)
     kind = render.backdrop or (place.backdrop if place else studio.backdrop)
     background, behind = _behind(render, place, studio, kind)
@@ -154,7 +161,7 @@ def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) ->
         "background": background,
         "ambient": studio.ambient if render.ambient is None else render.ambient,
         "lights": lights,
-        "gain": round(2.0**stops * _gain(lights, center), 4),
+        "gain": round(2.0**stops * gain, 4),
         "backdrop": {
             "kind": kind,
             "level": max((plane.pos[2] for plane in ground), default=None),
@@ -230,24 +237,56 @@ def _turn_light(light: Light, ahead: tuple[float, float]) -> Light:
 
 def _ahead(camera: dict[str, Any], scene: FilmedScene) -> tuple[float, float]:
     """Return the horizontal direction in which a camera looks at first; +y if it looks straight down."""
-    poses = StartPoses(scene.placed, scene.points.trees)
-    pos, look_at, _ = viewpoints.place(camera, 0.0, 0.0, poses)
+    pos, look_at, _ = _placed(camera, scene)
     x, y = look_at[0] - pos[0], look_at[1] - pos[1]
     away = hypot(x, y)
     return (x / away, y / away) if away > 1e-6 else (0.0, 1.0)
 
 
-def _gain(lights: dict[str, Any], center: Vec) -> float:
-    """Return the factor at which a white sheet facing the strongest light is white, as a light meter would have it."""
-    white, strongest = 0.0, 0.0
+def _placed(camera: dict[str, Any], scene: FilmedScene) -> tuple[Vec, Vec, Vec]:
+    """Return a camera's position, its target and the direction that is up in its picture, at the start."""
+    return viewpoints.place(camera, 0.0, 0.0, StartPoses(scene.placed, scene.points.trees))
+
+
+def _gain(lights: dict[str, Any], at: Vec, camera: Vec | None) -> float:
+    """Return the factor at which a white sheet facing the strongest light is white, as a light meter would have it.
+
+    Args:
+        lights: As numbers.
+        at: Where the light is measured.
+        camera: Where the camera stands, if the lights are the case's own: where they only graze what it sees, the film
+            is brighter, by up to `MOST_GRAZING`.
+    """
+    white, strongest, seen = 0.0, 0.0, 0.0
     for light in lights.values():
         power = light["strength"] * (max(light["color"]) if "color" in light else 1.0)
         if light["kind"] == "environment":
             white += power
-        elif light["kind"] in ("lamp", "spot"):
-            strongest = max(strongest, power / max(dist(light["pos"], center), 1e-3) ** 2 / pi)
         elif light["kind"] == "sky":
             white += power / pi
         else:
+            if light["kind"] in ("lamp", "spot"):
+                power /= max(dist(light["pos"], at), 1e-3) ** 2
             strongest = max(strongest, power / pi)
-    return 1.0 / max(white + strongest, 1e-3)
+            if camera is not None:
+                source = _between(at, light["pos"]) if "pos" in light else _between(light["direction"], ORIGIN)
+                seen += power / pi * _lit_part(source, _between(at, camera)) / USUALLY_LIT
+    sheet = max(white + strongest, 1e-3)
+    return 1.0 / (min(sheet, max(white + seen, sheet / MOST_GRAZING)) if camera is not None else sheet)
+
+
+def _lit_part(source: Vec, camera: Vec) -> float:
+    """Return how bright a white ball looks, in units of its brightness if the light came from the camera.
+
+    Lambert's phase function (J. H. Lambert, Photometria, 1760). Both directions are unit vectors.
+    """
+    cosine = max(-1.0, min(1.0, sum(s * c for s, c in zip(source, camera, strict=True))))
+    angle = acos(cosine)
+    return (sin(angle) + (pi - angle) * cosine) / pi
+
+
+def _between(start: Vec, end: Vec) -> Vec:
+    """Return the unit vector from one point towards another; the zero vector if they are one."""
+    x, y, z = (e - s for s, e in zip(start, end, strict=True))
+    away = max(hypot(x, y, z), 1e-9)
+    return (x / away, y / away, z / away)

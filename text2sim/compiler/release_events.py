@@ -159,6 +159,8 @@ class _Writer:
 
     def _value(self, name: str) -> Code:
         measure = self.loaded.case.actions.measures[name]
+        if measure.so_far is not None:
+            raise UnseenError(f"a program cannot see `{name}`, an extreme so far; it sees the value of the moment")
         if measure.change_from is None:
             return self._code_of_measure(name, measure)
         if measure.change_from in ("start", 0.0):

@@ -53,6 +53,7 @@ def evaluate(recording: RecordedCase) -> dict[str, Series]:
             with np.errstate(all="ignore"):  # a diverged run holds numbers that overflow
                 values, unit = _of_two(measure, found) if isinstance(measure, _PAIRS) else _value(recording, measure)
                 values = _changed(recording.states.time, np.asarray(values, dtype=float), measure.change_from)
+                values = _so_far(values, measure.so_far)
             found[name] = Series(name, unit, values)
         except (SelectionError, MeasureError, DeformationError) as error:
             found[name] = Series(name, measure.unit, np.full(recording.states.frames, np.nan), str(error))
@@ -83,6 +84,14 @@ def _changed(time: Array, values: Array, since: str | float | None) -> Array:
     if since > time[-1] + 1e-9:
         raise MeasureError(f"its change is counted from {since:g} s, and the run ended at {time[-1]:.4g} s")
     return values - np.interp(since, time, values)
+
+
+def _so_far(values: Array, stat: str | None) -> Array:
+    """Largest or smallest value up to each frame, or their difference; frames without a value are skipped."""
+    if stat is None:
+        return values
+    highest, lowest = np.fmax.accumulate(values), np.fmin.accumulate(values)
+    return {"max": highest, "min": lowest, "range": highest - lowest}[stat]
 
 
 def _value(recording: RecordedCase, measure: measures.Measure) -> tuple[Array, str]:

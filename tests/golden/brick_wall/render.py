@@ -58,6 +58,6 @@ BACKDROP = {
     "supports": True,
     "own_lights": True,
 }
-GAIN = 0.8044  # exposure: a white sheet that faces the strongest light appears white
+GAIN = 0.8044  # exposure, derived from the lights
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -77,6 +77,6 @@ BACKDROP = {
     "window": True,
     "supports": True,
 }
-GAIN = 0.9131  # exposure: a white sheet that faces the strongest light appears white
+GAIN = 0.9131  # exposure, derived from the lights
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

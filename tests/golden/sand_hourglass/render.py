@@ -66,6 +66,6 @@ BACKDROP = {
     "planes": [],
     "supports": True,
 }
-GAIN = 1.1858  # exposure: a white sheet that faces the strongest light appears white
+GAIN = 1.1858  # exposure, derived from the lights
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

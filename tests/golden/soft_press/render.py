@@ -71,6 +71,6 @@ BACKDROP = {
     "planes": [],
     "supports": True,
 }
-GAIN = 1.0466  # exposure: a white sheet that faces the strongest light appears white
+GAIN = 1.0466  # exposure, derived from the lights
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -117,6 +117,15 @@ def test_a_tiny_subject_and_the_distance_that_shows_it(tmp_path: Path) -> None:
     assert findings(tmp_path, "small-subject", *far, near) == []
 
 
+def test_a_small_subject_that_is_framed_with_others(tmp_path: Path) -> None:
+    frame = "render: {cameras: {main: {kind: still, direction: [0, -1, 0.3], frame: [ball, cube]}}}"
+    cube = "bodies: {cube: {kind: rigid, shape: {kind: box, size: [2, 2, 2]}, pose: {pos: [%g, 0, 1]}}}"
+    ball = BALL.format("[0, 0, 0.1]", "")
+    assert findings(tmp_path, "small-subject", ball, SCRIPT, frame, cube % 9) == [], "no nearer place shows both"
+    (problem,) = findings(tmp_path, "small-subject", ball, SCRIPT, frame, cube % 30)
+    assert "add a second camera" in problem.message
+
+
 class TestLeaves:
     THROW = "actions: {controls: {go: {kind: initial_velocity, body: ball, linear: %s}}}"
     VIEW = STILL.format("[0, -4, 0.5]", "[0, 0, 0.5]")

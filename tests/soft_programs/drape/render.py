@@ -87,6 +87,6 @@ BACKDROP = {
     "window": True,
     "supports": True,
 }
-GAIN = 1.3591  # exposure: a white sheet that faces the strongest light appears white
+GAIN = 1.3591  # exposure, derived from the lights
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -16,10 +16,13 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, vector
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.shapes import Compound
+from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.document import Path
 
 MIN_PICTURE_SHARE = 0.001
 """Share of the picture below which a subject is not recognisable: 30 x 30 pixels of 1280 x 720."""
+MIN_FRAMED_SHARE = 0.00025
+"""The same for one of several that a camera frames: no nearer place shows all of them. 15 x 15 pixels."""
 MIN_APPROACH = 0.2
 """Share of a camera's distance; nearer than that it shows a different picture."""
 MIN_SHARE_INSIDE = 0.5
@@ -95,18 +98,24 @@ def _small(facts: Facts) -> Iterator[Problem]:
         if not seeing:
             continue
         share, best = max((view.share(balls), -index) for index, view in enumerate(seeing))
-        if share < MIN_PICTURE_SHARE:
-            view = seeing[-best]
+        view = seeing[-best]
+        together = _is_framed_with_others(facts, view.name, name)
+        if share < (MIN_FRAMED_SHARE if together else MIN_PICTURE_SHARE):
             away, nearer = math.dist(view.pos, center_of(balls)), math.sqrt(share / (4 * MIN_PICTURE_SHARE))
             text = (
                 f"`{name}`, a subject of the script, fills less than {100 * share:.1g} % of the picture at the "
                 f"start: camera `{view.name}` is {length(away)} away; "
             )
-            if nearer > MIN_APPROACH:
+            if nearer > MIN_APPROACH and not together:
                 text += f"move it to {length(away * nearer)}"
             else:
                 text += f"add a second camera at {length(away * nearer)}, with a shot of its own"
             yield facts.problem("small-subject", ("render", "cameras", view.name), text, key=True)
+
+
+def _is_framed_with_others(facts: Facts, camera: str, name: str) -> bool:
+    framed = {body_of(selector) for selector in getattr(facts.case.render.cameras[camera], "frame", None) or ()}
+    return name in framed and len(framed) > 1
 
 
 def _cut_off(facts: Facts) -> Iterator[Problem]:
@@ -232,7 +241,8 @@ render:
         title="A subject of the script is tiny in every picture.",
         reason=f"""\
 It fills less than {MIN_PICTURE_SHARE:.1%} of the picture of every camera at the start, less than 30 by 30 pixels of
-1280 by 720. Viewers cannot recognise what happens to it.""",
+1280 by 720. Viewers cannot recognise what happens to it. For one of several bodies that a camera frames the bound is a
+quarter of that: no nearer place shows all of them.""",
         remedy="Move the camera nearer, as the message says, or narrow its field of view.",
         example="""\
 scene: {statics: {wall: {shape: {kind: box, size: [2, 0.1, 1]}, place: {on: floor}}}}

@@ -65,7 +65,10 @@ class _Known(dict[str, Values]):
 
     def __missing__(self, name: str) -> Values:
         measure = self.facts.case.actions.measures[name]
-        self[name] = _changes(_values(self.facts, measure), measure.change_from)
+        values = _changes(_values(self.facts, measure), measure.change_from)
+        if measure.so_far == "range":
+            values = replace(values, low=0.0, high=values.high - values.low, start=0.0)
+        self[name] = values
         return self[name]
 
 

@@ -55,7 +55,7 @@ def value_at_rest(facts: Facts, measure: Any, targets: Sequence[StartTarget]) ->
     value = measure.at_rest
     if value is None:
         return start_of(facts, measure, targets)
-    of_each = measure.change_from is None and "above" in type(measure).model_fields
+    of_each = measure.change_from is None and measure.so_far != "range" and "above" in type(measure).model_fields
     return _reduced(measure, [value] * len(targets)) if of_each else value
 
 

@@ -31,6 +31,9 @@ class Measured(Model):
     """SI unit, or deg; empty for counts and fractions, and for measures of joints, whose unit depends on the joint."""
     change_from: Literal["start"] | Seconds | None = None
     """Measure the change of the value since the start, or since this time [s]."""
+    so_far: Literal["max", "min", "range"] | None = None
+    """Measure the largest value so far, the smallest, or their difference: so a `ratio` or `difference` compares the
+    extremes of two bodies that come at different times (of changes, with `change_from`)."""
     repeat: Multiple | None = None
     """Number of such measures, with the names `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
 
@@ -48,7 +51,7 @@ class Measured(Model):
     @property
     def at_rest(self) -> float | None:
         """As `Traits.at_rest`, for the change too if that is measured. For copies, that of each."""
-        return 0.0 if self.change_from is not None else self.traits.at_rest
+        return 0.0 if self.change_from is not None or self.so_far == "range" else self.traits.at_rest
 
 
 class Volume(Measured):
@@ -65,7 +68,7 @@ class Volume(Measured):
     @property
     def at_rest(self) -> float | None:
         """Its value while nothing moves."""
-        return 1.0 if self.relative and self.change_from is None else super().at_rest
+        return 1.0 if self.relative and super().at_rest is None else super().at_rest
 
 
 class Stretch(Measured):

@@ -246,7 +246,8 @@ shape:
 LIGHTS = """\
 By name in `render.lights`, instead of those of `lighting`. The direction of a light is the one in which it travels. In
 the units of its strength, an irradiance of 3.14 makes a white sheet white. The brightness of the film is derived from
-the lights, for a sheet that faces the strongest; `exposure` changes it: 1 where light only grazes what is seen."""
+the lights, for a sheet that faces the strongest, and up to 0.8 stops more where light only grazes what the first camera
+sees; `exposure` changes it."""
 
 VARIANTS = """\
 A variant is a named change to the case, which is merged into it key by key; `null` removes a key; a list is replaced. A
