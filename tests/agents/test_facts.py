@@ -184,6 +184,8 @@ bodies:
         ({"moved": "tin", "by": "ball"}, True, "first touches `tin[0]` at 0.5 s"),
         ({"moved": "tin[1]", "by": "ball"}, False, "which moved 2.7 m"),
         ({"moved": "tin", "by": "floor"}, False, "never touches"),
+        ({"moved": "tin", "by": ["floor", "ball"]}, True, "`floor` or `ball` first touches `tin[0]` at 0.5 s"),
+        ({"touched": "tin", "by": ["ball", "floor"], "lasting": 0.1}, False, "for 0.08 s in all, wanted 0.1 s"),
         ({"moved": "tin", "by": "lamp"}, None, "`lamp` was not recorded"),
         ({"touched": "tin[0]", "by": "ball"}, True, "first at 0.5 s, for 0.04 s in all"),  # steps 50 to 53 of 0.01 s
         ({"touched": "tin", "by": "ball"}, True, "first at 0.5 s, for 0.08 s in all"),

@@ -121,6 +121,36 @@ def test_of_an_event_that_is_counted_the_last_time_is_shown_too() -> None:
     assert "last hit" not in [one.reason for one in moments(evidence, ACTIONS)]
 
 
+def test_events_that_are_expected_come_first_and_those_at_one_time_count_once() -> None:
+    times = {
+        "left": 1.28,
+        "right": 1.28,
+        "a": 0.2,
+        "b": 0.5,
+        "c": 0.8,
+        "d": 1.1,
+        "front": 5.2,
+        "middle": 6.4,
+        "rear": 7.5,
+    }
+    evidence = {"events": {name: {"first": t} for name, t in times.items()}, "time": {"reached": 9.0}}
+    actions = {
+        "events": {"middle": {"after": "front"}, "rear": {"after": "middle"}},
+        "expect": {"climbs": {"event": "rear", "within": [3, 9]}, "crooked": {"measure": "tilt", "on": "left"}},
+    }
+    told = [one.reason for one in moments(evidence, actions) if one.decisive]
+    assert told == ["left", "front", "middle", "rear", "a"]
+    actions["expect"]["meets"] = {"event": "right"}
+    assert [one.reason for one in moments(evidence, actions) if one.decisive] == [
+        "left",
+        "right",
+        "front",
+        "middle",
+        "rear",
+        "a",
+    ]
+
+
 def touch(t: float, one: str, other: str, impulse: float, name: str | None = None) -> dict:
     return {"kind": "contact", "name": name, "time": t, "between": [one, other], "impact_impulse": impulse}
 

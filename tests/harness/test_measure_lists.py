@@ -87,5 +87,6 @@ def test_contacts_within_a_body_count_where_its_links_are_named(new_run, measure
     strands = measure(folder, of=["cord.link_*"], by=["cord.link_*"], **count)
     assert (strands.problem, strands.values[-1]) == ("", 2), "the cord lies on itself in two places"
     assert measure(folder, of="cord", **count).values[-1] == 1, "a body touches one other, the floor"
-    assert measure(folder, of=["cord.link_*"], **count).values[-1] == 1
-    assert measure(folder, of=["cord.link_*"], by=["floor"], **count).values[-1] == 1
+    assert measure(folder, of=["cord.link_*"], **count).values[-1] == 2, "two links touch the floor"
+    assert measure(folder, of=["cord.link_*"], by=["floor"], **count).values[-1] == 2
+    assert measure(folder, of="floor", by=["cord.link_2", "cord.link_3"], **count).values[-1] == 1

@@ -5,12 +5,14 @@ Both are generated from the models, so neither can disagree with the checker.
 
 import re
 from collections.abc import Collection, Iterable
+from textwrap import indent
 
 from pydantic import BaseModel
 
 from text2sim.spec_schema.models import soft_measures
 from text2sim.spec_schema.published.language_reference import field_rows, load_examples, section_kinds, shared_bases
 from text2sim.spec_schema.published.reference_sections import ReferenceSection
+from text2sim.spec_schema.reuse.catalogue import Definition, param_rows, parts_of, usage
 from text2sim.spec_schema.vocabulary.docstrings import model_doc
 
 _LINK = re.compile(r"\[([^\]\n]+)\]\(#[^)\n]*\)")
@@ -22,7 +24,7 @@ _SHORTER = (
     ("a number greater than ", "> "), ("a number of at least ", ">= "), ("a number from ", "number "),
     ("a whole number", "int"), ("whole numbers", "ints"), (", and at most ", ", <= "), ("true or false", "bool"),
     ("a number", "number"), ("a selector, or a list of selectors", "selectors"), ("a selector", "selector"),
-    ("a name", "name"), ("one of ", ""),
+    ("a name", "name"), ("one of ", ""), ("[Bounds](#shots-and-overlays)", "{min: [x, y, z], max: [x, y, z]}"),
 )  # fmt: skip
 
 
@@ -127,6 +129,22 @@ def kinds_brief(section: ReferenceSection, described: Collection[str]) -> list[s
         if kind in examples:
             lines.append(_example(examples[kind]))
     return lines
+
+
+def prefab_gist(prefab: Definition) -> str:
+    """Return what a prefab is."""
+    return first_sentence(" ".join(prefab.model.doc.split()))
+
+
+def prefab_brief(prefab: Definition, *, explained: bool) -> str:
+    """Describe a prefab, its parameters and how it is used; if `explained`, what each parameter means."""
+    line = f"- `{prefab.name}`: {prefab_gist(prefab)}. `with`: " + " ".join(
+        f"`{row.name}` ({row.takes}; {row.default or 'required'})" + (f" {row.doc}" if explained else "")
+        for row in param_rows(prefab)
+    )
+    if several := parts_of(prefab):
+        line += f" Bodies: {', '.join(f'NAME_{part}' for part in several)}."
+    return f"{line}\n  ```yaml\n{indent(usage(prefab), '  ')}  ```"
 
 
 def fields_named(

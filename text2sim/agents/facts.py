@@ -4,7 +4,7 @@ A requirement with a false fact is not met, whatever the Critic says. If a fact 
 """
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from math import inf
@@ -286,8 +286,8 @@ def _most_seen(visibility: Any) -> dict[str, float]:
     return most
 
 
-def _touches(recording: "RecordedCase", of: str, by: str) -> "list[Occurrence]":
-    """Touches of two selectors, sorted by time.
+def _touches(recording: "RecordedCase", of: str, others: Sequence[str]) -> "list[Occurrence]":
+    """Touches of a selector and any of others, sorted by time.
 
     Raises:
         RunError: If they were not recorded.
@@ -295,19 +295,23 @@ def _touches(recording: "RecordedCase", of: str, by: str) -> "list[Occurrence]":
     from text2sim.evidence.events import find_events
     from text2sim.spec_schema.models.events import ContactEvent
 
-    touch = ContactEvent.model_validate({"kind": "contact", "between": [of, by]})
-    actions = recording.case.actions.model_copy(update={"events": {"touch": touch}})
+    touches = {by: ContactEvent.model_validate({"kind": "contact", "between": [of, by]}) for by in others}
+    actions = recording.case.actions.model_copy(update={"events": touches})
     log = find_events(replace(recording, case=recording.case.model_copy(update={"actions": actions})), {})
     if log.problems:
-        raise RunError(log.problems["touch"])
-    return log.occurrences["touch"]
+        raise RunError(next(iter(log.problems.values())))
+    return sorted((row for rows in log.occurrences.values() for row in rows), key=lambda row: float(row["time"]))
+
+
+def _any_of(selectors: Sequence[str]) -> str:
+    return " or ".join(f"`{selector}`" for selector in selectors)
 
 
 def _has_touched(claim: Claim, run: JudgedRun) -> FactAnswer:
     """Whether one body touches another: at all, for a total time, or never."""
     rows = _touches(run.recording, claim.touched, claim.by)
     if not rows:
-        sentence = f"`{claim.by}` never touches `{claim.touched}`"
+        sentence = f"{_any_of(claim.by)} never touches `{claim.touched}`"
         if claim.never and run.evidence.get("state") != "finished":
             return None, f"{sentence} until the run ended, before its end"
         return claim.never, sentence
@@ -316,7 +320,9 @@ def _has_touched(claim: Claim, run: JudgedRun) -> FactAnswer:
         start, end = float(row["time"]) - step, float(row["end"])  # a contact in a single step lasts that step
         total += max(0.0, end - max(start, until))
         until = max(until, end)
-    sentence = f"`{claim.by}` touches `{claim.touched}` first at {rows[0]['time']:.3g} s, for {total:.3g} s in all"
+    sentence = (
+        f"{_any_of(claim.by)} touches `{claim.touched}` first at {rows[0]['time']:.3g} s, for {total:.3g} s in all"
+    )
     if claim.never:
         return False, f"{sentence}, wanted never"
     if claim.lasting is not None:
@@ -326,10 +332,10 @@ def _has_touched(claim: Claim, run: JudgedRun) -> FactAnswer:
 
 def _has_moved(claim: Claim, run: JudgedRun) -> FactAnswer:
     """Whether a body moves after another has touched it, and hardly before."""
-    rows = _touches(run.recording, claim.moved, claim.by)
+    rows, by = _touches(run.recording, claim.moved, claim.by), _any_of(claim.by)
     names = {target.label: target for target in run.recording.names.select(claim.moved)}
     if not rows:
-        return False, f"`{claim.by}` never touches `{claim.moved}`"
+        return False, f"{by} never touches `{claim.moved}`"
     touched = rows[0]["between"][0 if rows[0]["between"][0] in names else 1]
     at = float(rows[0]["time"])
     (moved, turn), (more, further) = _motion(run.recording, names[touched], at)
@@ -338,8 +344,8 @@ def _has_moved(claim: Claim, run: JudgedRun) -> FactAnswer:
     )
     before, after = f"{moved:.2g} m and {turn:.2g} deg", f"{more:.2g} m and {further:.2g} deg"
     if ok and at <= FROM_THE_START * run.recording.states.dt:
-        return None, f"`{claim.by}` touches `{touched}` from the start: its touch tells nothing"
-    return ok, f"`{claim.by}` first touches `{touched}` at {at:.3g} s, which moved {before} before, {after} after"
+        return None, f"{by} touches `{touched}` from the start: its touch tells nothing"
+    return ok, f"{by} first touches `{touched}` at {at:.3g} s, which moved {before} before, {after} after"
 
 
 _FACT_FUNCTIONS: Mapping[str, Callable[[Claim, JudgedRun], FactAnswer]] = {

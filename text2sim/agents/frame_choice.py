@@ -25,7 +25,7 @@ TIME_SHARE, LEAST_MOTION = 0.25, 0.05
 """Weight of a film's time beside its motion in what happens, and its least value [heights of the picture]."""
 EVEN_STILLS, MAX_EVENT_STILLS = 6, 3
 """Number of stills spread over a film that is judged, and largest number of stills of events beside them."""
-MAX_EVENTS, MAX_EXTREMES, MAX_DEFORMED, MAX_DECIDED, MAX_STRIKES = 4, 4, 2, 4, 2
+MAX_EVENTS, MAX_EXTREMES, MAX_DEFORMED, MAX_DECIDED, MAX_STRIKES = 5, 4, 2, 4, 2
 """Largest numbers of moments of each sort."""
 AT_REST_FROM = 0.05
 """Time [s] until which bodies that rest on each other from the start touch for the first time."""
@@ -85,10 +85,7 @@ def moments(evidence: Data, actions: Data, strikes: Sequence[FrameMoment] = ()) 
     last = float(evidence["time"]["reached"])
     decided = list(_deciding_moments(evidence, actions))
     yield from (replace(one, decisive=True) for one in (*decided, *strikes))
-    happened = sorted(
-        ((row["first"], name) for name, row in evidence["events"].items() if row.get("first") is not None),
-    )[:MAX_EVENTS]
-    events = [FrameMoment(t, name, named_bodies((actions.get("events") or {}).get(name))) for t, name in happened]
+    events = _first_events(evidence, actions)
     expected = [row for row in (actions.get("expect") or {}).values() if isinstance(row, dict)]
     counted = {row.get("event") for row in expected if row.get("count") is not None}
     last_times = [(evidence["events"][one.reason].get("last") or 0.0, one) for one in events if one.reason in counted]
@@ -109,6 +106,29 @@ def moments(evidence: Data, actions: Data, strikes: Sequence[FrameMoment] = ()) 
     if (depth.get("value") or 0) >= MIN_PENETRATION:
         yield FrameMoment(depth["time"], "deepest overlap", tuple(map(body_of, depth.get("between") or ())))
     yield from _frames_around(events[:3])
+
+
+def _first_events(evidence: Data, actions: Data) -> list[FrameMoment]:
+    """Return the first times of events, at no more than `MAX_EVENTS` moments: of those that expectations name first.
+
+    An event that another comes `after` is named with it.
+    """
+    planned = {name: row for name, row in (actions.get("events") or {}).items() if isinstance(row, Mapping)}
+    rows = [row for row in (actions.get("expect") or {}).values() if isinstance(row, Mapping)]
+    left, named = [row[key] for row in rows for key in ("event", "on", "before") if row.get(key)], set[str]()
+    while left:
+        if (name := left.pop()) not in named:
+            named.add(name)
+            left += [after] if (after := planned.get(name, {}).get("after")) else []
+    happened = sorted((row["first"], name) for name, row in evidence["events"].items() if row.get("first") is not None)
+    found: list[FrameMoment] = []
+    times: list[float] = []
+    for t, name in sorted(happened, key=lambda row: row[1] not in named):
+        if not any(abs(t - other) <= MIN_INTERVAL for other in times):
+            times.append(t)
+        if len(times) <= MAX_EVENTS:
+            found.append(FrameMoment(t, name, named_bodies(planned.get(name))))
+    return found
 
 
 def after_strikes(occurrences: Sequence[Data], statics: Collection[str]) -> list[FrameMoment]:

@@ -14,6 +14,8 @@ from text2sim.agents.condensed_pages import (
     kinds_line_by_line,
     of_deformables,
     plain,
+    prefab_brief,
+    prefab_gist,
     section_brief,
 )
 from text2sim.agents.kind_words import kinds_in
@@ -256,6 +258,8 @@ def explanation(name: str, examples: bool = True) -> str:
             models = [model for model in section.models if model.__name__.lower() == name.lower()]
             if models or section.title.strip("`").lower() == name.lower():
                 parts.append(section_brief(section, {model.__name__ for model in models} or None, intro=not models))
+            elif examples and KINDS_BY_PAGE.get(section.title) == {name}:  # what its parts are made of
+                parts.append(section_brief(section))
         elif name in section_kinds(section.models):
             page = "\n".join([f"## {section.title}", *kinds_brief(section, {name})])
             parts.append(page if examples or section.title in PLANNER_PAGES else without_examples(page))
@@ -324,21 +328,12 @@ def vocabulary() -> str:
 
 def prefabs(*, brief: bool = False, only: Collection[str] | None = None) -> str:
     """List the prefabs, with their parameters unless `brief`."""
-    from text2sim.spec_schema.reuse.catalogue import built_in, param_rows, parts_of, usage
+    from text2sim.spec_schema.reuse.catalogue import built_in
 
     chosen = {name: definition for name, definition in built_in().items() if only is None or name in only}
-    gists = {name: first_sentence(" ".join(definition.model.doc.split())) for name, definition in chosen.items()}
     if brief:
-        return "\n".join(_gist_rows(gists))
-    rows = []
-    for name, definition in chosen.items():
-        line = f"- `{name}`: {gists[name]}. `with`: " + " ".join(
-            f"`{row.name}` ({row.takes}; {row.default or 'required'})" for row in param_rows(definition)
-        )
-        if several := parts_of(definition):
-            line += f" Bodies: {', '.join(f'NAME_{part}' for part in several)}."
-        rows.append(f"{line}\n  ```yaml\n{_indented(usage(definition))}  ```")
-    return "\n".join(rows)
+        return "\n".join(_gist_rows({name: prefab_gist(definition) for name, definition in chosen.items()}))
+    return "\n".join(prefab_brief(definition, explained=only is not None) for definition in chosen.values())
 
 
 def _gist_rows(gists: dict[str, str]) -> list[str]:
@@ -394,7 +389,3 @@ _UNCHANGED_CLAUSE = re.compile(
 """Clauses about parts that must not change."""
 _EXAMPLES_OF_PLACE = re.compile(r"^  e\.g\. `place: .*\n?", re.MULTILINE)
 """Examples that `PLACES_PAGE` replaces."""
-
-
-def _indented(text: str) -> str:
-    return "".join(f"  {line}\n" for line in text.rstrip("\n").splitlines())

@@ -88,8 +88,7 @@ def _fact_faults(plan: CasePlan, path: Path) -> list[str]:
         for claim in claims:
             name, subject = f"fact_{len(about)}", getattr(claim, claim.sort)
             about[name] = requirement
-            if claim.by:
-                events[name] = {"kind": "contact", "between": [subject, claim.by]}
+            events |= {f"{name}_{k}": {"kind": "contact", "between": [subject, by]} for k, by in enumerate(claim.by)}
             if claim.sort in ("moved", "count", "seen"):
                 measures[name] = {"kind": "position", "of": subject, "axis": "z"}
     checks = Fragments(measures=measures, events=events)
@@ -102,7 +101,7 @@ def _fact_faults(plan: CasePlan, path: Path) -> list[str]:
     except SpecError:
         return []  # what else is wrong with a fact shows when it is computed
     rows = [
-        f"/facts/{about[p.path.split('/')[3]]}: {p.message}{_hint(p)}{PART_REMEDY}"
+        f"/facts/{about['_'.join(p.path.split('/')[3].split('_')[:2])]}: {p.message}{_hint(p)}{PART_REMEDY}"
         for p in problems
         if p.rule == "unknown-link" and p.path.startswith(("/actions/measures/", "/actions/events/"))
     ]

@@ -6,8 +6,9 @@ A `Form` rejects unknown keys, since they would silently have no effect. Other a
 import re
 from typing import Annotated, Any, Literal, get_origin
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, model_validator
 
+from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.models.colors import ColorError, rgb
 from text2sim.spec_schema.names.selectors import body_of
 
@@ -115,7 +116,8 @@ class Claim(Form):
     """Whether every picture has to show all of it, as far as nothing stands before it."""
     moved: Selector = ""
     """A body that the touch of another, `by`, sets in motion."""
-    by: Selector = ""
+    by: Annotated[tuple[Selector, ...], BeforeValidator(lambda by: listed(by) if isinstance(by, str) else by)] = ()
+    """A body, or several, any of which counts."""
     touched: Selector = ""
     """A body that another, `by`, touches."""
     lasting: Annotated[float, Field(gt=0, le=3600)] | None = None
@@ -158,7 +160,7 @@ class Claim(Form):
     @property
     def bodies(self) -> tuple[str, ...]:
         """Names of the bodies that it is about."""
-        words = self.of or [word for word in (getattr(self, self.sort), self.by) if word]
+        words = self.of or (getattr(self, self.sort), *self.by)
         return tuple(map(body_of, words))
 
 

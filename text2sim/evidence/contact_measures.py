@@ -56,17 +56,17 @@ def _contact_force(recording: RecordedCase, measure: measures.ContactForce) -> A
 
 
 def _contact_count(recording: RecordedCase, measure: measures.ContactCount) -> Array:
-    """Number of distinct pairs of bodies that touch in any step of a frame; of a body's links, if links are meant."""
+    """Number of distinct pairs that touch in any step of a frame: of bodies, and of the links that are named."""
     of, by = _sides(recording, measure)
     rows, _ = _contact_rows(recording, of, by)
     frame, owner = _frames_with_first(recording, rows)
     links, names = recording.contacts.links[owner], recording.names
     pairs = names.copy_of_link[links]
-    if by is not None and all(target.link is not None for target in (*of, *by)):
-        own = pairs[:, 0] == pairs[:, 1]
-        pairs[own] = len(names.copies) + links[own]  # numbers after those of the copies
-    pairs.sort(axis=1)
-    apart = pairs[:, 0] != pairs[:, 1]
+    named = np.isin(links, [link for target in (*of, *(by or ())) if target.link is not None for link in target.links])
+    # Links of one body touch each other at their joints: that counts only where both sides name links.
+    within = by is not None and all(target.link is not None for target in (*of, *by))
+    apart = (pairs[:, 0] != pairs[:, 1]) | (within & (links[:, 0] != links[:, 1]))
+    pairs = np.sort(np.where(named, len(names.copies) + links, pairs), axis=1)  # numbers after those of the copies
     n = len(names.copies) + len(names.copy_of_link)
     # One integer per pair and frame, because sorting rows is slow.
     found = np.unique(((frame * n + pairs[:, 0]) * n + pairs[:, 1])[apart]) // (n * n)

@@ -26,14 +26,18 @@ class ContactForce(Measured):
 
 
 class ContactCount(Measured):
-    """Number of pairs of rigid bodies in contact: those of `of` with any body, or with `by`."""
+    """Number of pairs of rigid bodies in contact: those of `of` with any body, or with `by`.
+
+    What touches two bodies counts twice.
+    """
 
     kind: Literal["contact_count"]
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selectors
-    """A body or its copies, or parts, which all count as their body."""
+    """A body or its copies; links, each of which counts by itself (`rover.wheel_*`); or parts, which all count as
+    their body."""
     by: Selectors | None = None
-    """The other body; any by default. With links on both sides (`cord.link_*`) pairs of links."""
+    """The other body; any by default. Contacts within a body count with links on both sides (`cord.link_*`)."""
 
 
 class Penetration(Measured):

@@ -94,10 +94,10 @@ class Torque(Acting):
 
 
 class Drive(Acting):
-    """A target for a joint's actuator. A later drive of the same joint replaces an earlier one.
+    """A target for a joint's actuator, until another drive of the same joint begins.
 
-    Before the first begins, at the `start` or first time of its target, the actuator holds the start position, zero
-    velocity, or zero force.
+    A drive begins at the `start` or first time of its target. Before the first begins, the actuator holds the start
+    position, zero velocity, or zero force.
     """
 
     kind: Literal["drive"]

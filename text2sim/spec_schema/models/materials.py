@@ -165,8 +165,9 @@ class Look(Model):
     water, with the colour where it is deep; `smooth` with an opacity of 1 makes it milk or paint, and with 0.9 honey or
     syrup, with the colour where it is thin, too."""
     pattern: Pattern | None = None
-    """Boards, tiles or print over the colour, such as `{kind: stripes, size: 0.03, color: white}`: planks, bricks,
-    tiles, checker, gingham, stripes, dots, rings; on boxes also carton, crate, book, pips."""
+    """Boards, tiles or print over the colour, such as `{kind: stripes, size: 0.03, color: white}` (its width; across
+    the longest side with `turned: true`): planks, bricks, tiles, checker, gingham, stripes, dots, rings; on boxes also
+    carton, crate, book, pips."""
     label: Label | None = None
     """Text on the body, such as `{text: "7", color: white}`."""
     opacity: Fraction = 1.0

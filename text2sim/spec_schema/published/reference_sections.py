@@ -153,7 +153,7 @@ SECTIONS = (
         3,
         motion.Schedule,
         "Wherever a schedule is accepted: a number, or one of these. Times are relative to the start of the run, also "
-        "for a force with `during`, but to the event for a drive with `on`.",
+        "for a control with `during`, but to the event for a drive with `on`.",
         "schedules",
         noun="schedule",
     ),
