@@ -78,6 +78,7 @@ def faults(answer: str, *, anew: bool = True, trials: int = 0, **report: Any) ->
         "plan: {says: {moves: It gets fast.}, checks: {measures: {v: {kind: speed, of: ball}}, expect: {moves: {measure: v, during: [0, 1], stat: max, above: 1}}}}",
         "{plan: {bodies: {post: {kind: static, shape: box}}, shared: [The post stands at x = 1.]}, routes: [{section: scene, instruction: Add the post.}]}",
         "plan: {briefs: {bodies: Make it smaller.}}",
+        "{plan: {shared: {1: null, 2: Nothing else moves.}}, params: {height: 2.0}}",
         "plan: {keeps: [low]}",
         "plan: {assets: [{kind: mesh, body: ball, what: a walnut}]}",
         "action: plan_anew",
@@ -206,3 +207,15 @@ def test_what_a_requirement_is_bound_to_can_be_corrected_and_is_told() -> None:
     assert agreement.plan.meets == {"falls": ["low"]}
     assert agreement.plan.causes == {}
     assert "causes of `falls` was ['push'], is []" in [what["what"] for event, what in told if event == "restated"]
+
+
+def test_single_lines_of_the_plan_change_by_number() -> None:
+    agreement, _ = agreed()
+    for lines, left in (
+        ({2: "Nothing else moves.", 9: "It is red."}, ["It starts ${height} up.", "Nothing else moves.", "It is red."]),
+        ({1: None, 3: "It is blue."}, ["Nothing else moves.", "It is blue."]),
+        (["It is one line."], ["It is one line."]),
+    ):
+        answer = {"action": "repair", "why": "x", "plan": {"shared": lines}}
+        agreement.apply(CASE, Decision.model_validate(answer))
+        assert agreement.plan.shared == left

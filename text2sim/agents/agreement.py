@@ -202,6 +202,9 @@ def _with_amendment(plan: CasePlan, amendment: PlanPatch) -> CasePlan:
     }
     for name in ("event", "shared", "assumptions"):
         value = getattr(amendment, name)
+        if isinstance(value, dict):
+            lines = dict(enumerate(getattr(plan, name), 1)) | value
+            value = [lines[number] for number in sorted(lines) if lines[number] is not None]
         if value not in ("", None):
             update[name] = value
     return plan.model_copy(update=update)

@@ -28,7 +28,10 @@ _SHORTER = (
 )  # fmt: skip
 
 
-_FORMS = {"region": " of what deforms: a part of it, as `{edge: left}`, `{corner: [left, front]}`"}
+_FORMS = {
+    "region": " of what deforms: a part of it, as `{edge: left}`, `{corner: [left, front]}`",
+    "so_far": " (max, min, range: the extreme up to then, for a `ratio` of two)",
+}
 """Explanations of fields with unclear names."""
 
 

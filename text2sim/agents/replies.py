@@ -18,6 +18,8 @@ Where = Literal["scene", "bodies", "actions", "render", "plan"]
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,47}$")]
 Line = Annotated[str, StringConstraints(max_length=2_000)]
 Lines = Annotated[list[Line], Field(max_length=60)]
+ChangedLines = Annotated[dict[Annotated[int, Field(ge=1, le=60)], Line | None], Field(max_length=60)]
+"""Lines by number, from 1; null removes one, and a number after the last adds one."""
 
 
 class Answer(BaseModel):
@@ -244,10 +246,8 @@ class PlanPatch(Form):
     bodies: dict[Name, PlannedBody] = {}
     """New bodies, and new outlines of planned ones."""
     drop_bodies: list[Name] = []
-    shared: Lines | None = None
-    """Replaces the whole list."""
-    assumptions: Lines | None = None
-    """Replaces the whole list."""
+    shared: Lines | ChangedLines | None = None
+    assumptions: Lines | ChangedLines | None = None
     briefs: dict[Owner, Line] = {}
     """Tasks for Writers, like `routes`."""
     assets: Annotated[list[Asset], Field(max_length=8)] = []

@@ -31,6 +31,8 @@ from text2sim.agents.yaml_text import yaml_text
 from text2sim.spec_schema.changes.patch import PatchError, apply_operations, same
 from text2sim.spec_schema.text.canonical import format_text
 
+_DENIED = re.compile(r"\b(?:never|without) [a-z_]+")
+"""What a brief rules out."""
 AS_WORDS = frozenset({"ball", "beam", "line", "free", "text", "still", "reach", "rest", "leaves", "turns", "mounted"})
 """Kinds whose names usually mean something else in a description: `ball` is not the mount."""
 MAX_REASON_LENGTH = 300
@@ -239,7 +241,7 @@ def writer_pages(section: str, plan: CasePlan) -> str:
 def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
     """Kinds that a Writer will need: those of its own bodies, and those that its brief names."""
     if section not in ("scene", "bodies"):
-        mentioned = set(re.findall(r"[a-z][a-z_]+", words.lower()))
+        mentioned = set(re.findall(r"[a-z][a-z_]+", _DENIED.sub("", words.lower())))
         given = needed_kinds(plan.model_copy(update={"checks": type(plan.checks)()}))
         found = given | kind_words.kinds_in(mentioned - set(plan.bodies)) - {"ball"}  # names of bodies are not kinds
         if not given & (DEFORMABLE_KINDS | {"pbd"}):

@@ -27,9 +27,9 @@ class Ramp(Model):
     to: Real
     """Value from `end` on."""
     start: Seconds = 0.0
-    """Start [s]: time of the run or, in a drive with `on`, time since its event."""
+    """Start [s]."""
     end: Seconds
-    """End [s], in the same time as `start`."""
+    """End [s]."""
     ease: Literal["linear", "smooth"] = "smooth"
     """`smooth` starts and ends at rest."""
 
