@@ -78,6 +78,7 @@ def faults(answer: str, *, anew: bool = True, trials: int = 0, **report: Any) ->
         "plan: {says: {moves: It gets fast.}, checks: {measures: {v: {kind: speed, of: ball}}, expect: {moves: {measure: v, during: [0, 1], stat: max, above: 1}}}}",
         "{plan: {bodies: {post: {kind: static, shape: box}}, shared: [The post stands at x = 1.]}, routes: [{section: scene, instruction: Add the post.}]}",
         "plan: {briefs: {bodies: Make it smaller.}}",
+        "routes: [{section: bodies, instruction: The ball starts 2 cm above the floor. Lay floor and ball apart.}]",
         "{plan: {shared: {1: null, 2: Nothing else moves.}}, params: {height: 2.0}}",
         "plan: {keeps: [low]}",
         "plan: {assets: [{kind: mesh, body: ball, what: a walnut}]}",
@@ -95,6 +96,9 @@ def test_what_the_planner_may_do(answer: str) -> None:
     ("answer", "about"),
     [
         ("params: {layer: 3}", "choose another"),
+        ("routes: [{section: bodies, instruction: '1. floor: a bevelled edge. 2. ball: red.'}]", "written by the `scene` Writer"),
+        ("routes: [{section: scene, instruction: Larger; ball lower on the floor.}]", "written by the `bodies` Writer"),
+        ("plan: {briefs: {bodies: floor gets rougher.}}", "/plan/briefs/bodies: `floor` is written by"),
         ("params: {height: 1.0}", "it is 1.0 already"),
         ('params: {height: "${hight}"}', "did you mean `height`"),
         ("patch: [{op: remove, path: /params/bound}]", "unknown name `bound`"),

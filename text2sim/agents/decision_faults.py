@@ -1,5 +1,6 @@
 """Faults of a decision of the Planner: what is impossible, has no effect, or weakens the request."""
 
+import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,13 +14,16 @@ from text2sim.agents.counterfactual import cause_faults
 from text2sim.agents.facts import claim_faults
 from text2sim.agents.planning import asset_faults, binding_faults, card_faults
 from text2sim.agents.rehearsal import RESERVED_NAMES, plan_faults
-from text2sim.agents.replies import SECTIONS, CasePlan, Decision
+from text2sim.agents.replies import SECTIONS, CasePlan, Decision, PlanPatch
 from text2sim.agents.trials import settings_faults
 from text2sim.spec_schema.changes.patch import PatchError, same
 from text2sim.spec_schema.errors import SpecError
 
 if TYPE_CHECKING:
     from text2sim.agents.offered_cards import OfferedCards
+
+_CLAUSE_START = re.compile(r"(?:^|[.;]\s+|\d[.)]\s+)`?([a-z]\w*)")
+"""First word of a sentence, of a clause after a semicolon, or of a numbered item."""
 
 
 def decision_faults(
@@ -71,6 +75,7 @@ def decision_faults(
     wrong += _waiver_faults(decision, report)
     for number, route in enumerate(decision.routes):
         wrong += [f"/routes/{number}{row}" for row in card_faults({route.section: route.cards}, cards)]
+    wrong += _misrouted(decision, agreement.plan)
     wrong += [
         f"/params/{n}: expressions know this name; choose another" for n in decision.params if n in RESERVED_NAMES
     ]
@@ -87,6 +92,23 @@ def decision_faults(
             "take a patch, route work, or change a parameter or what is checked: otherwise the next attempt is this one"
         )
     return wrong or _problems_introduced(decision, agreement, case, path, [offered[k - 1] for k in decision.take])
+
+
+def _misrouted(decision: Decision, plan: CasePlan) -> list[str]:
+    """Routes with a clause that begins with the name of what the other of `scene` and `bodies` writes."""
+    changed = decision.plan or PlanPatch()
+    places = [(f"/routes/{number}", route.section, route.instruction) for number, route in enumerate(decision.routes)]
+    places += [(f"/plan/briefs/{section}", section, brief) for section, brief in changed.briefs.items()]
+    owners = {
+        name: "scene" if body.kind == "static" else "bodies" for name, body in (plan.bodies | changed.bodies).items()
+    }
+    return [
+        f"{place}: `{name}` is written by the `{owners[name]}` Writer: route there what concerns it"
+        for place, section, words in places
+        if section in ("scene", "bodies")
+        for name in dict.fromkeys(_CLAUSE_START.findall(words))
+        if owners.get(name, section) != section
+    ]
 
 
 def _cause_faults(decision: Decision, agreement: Agreement, case: str) -> list[str]:
