@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, replace
 from hashlib import sha256
+from math import inf
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -96,15 +97,14 @@ class CallLog:
 
 
 def _read(path: Path) -> tuple[str, Reply] | None:
-    """Key and reply in a file; None if the file is invalid, so that the call is repeated."""
+    """Return key and reply in a file; None if the file is invalid, so that the call is repeated."""
     try:
         data = json.loads(read_plain(path, MAX_FILE_SIZE))
         kept = {name: data["reply"][name] for name in REPLY_FIELDS}
         reply = Reply(**kept, cached=True, free=data["free"])
-        sound = isinstance(data["key"], str) and all(
-            isinstance(value, int | float) and value >= 0
-            for value in (reply.tokens_in, reply.tokens_out, reply.seconds)
-        )
+        cost = 0.0 if reply.cost is None else reply.cost
+        sound = all(0 <= value < inf for value in (reply.tokens_in, reply.tokens_out, reply.seconds, cost))
+        sound &= all(isinstance(text, str) for text in (data["key"], reply.text, reply.model))
     except (OSError, UnfitFileError, ValueError, KeyError, TypeError, RecursionError):
         return None
     return (data["key"], reply) if sound else None
