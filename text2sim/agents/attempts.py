@@ -100,9 +100,12 @@ class Attempts:
         from text2sim.runtime.machine import crowding
 
         file = self.folder_of(attempt.number) / "crowding.json"
-        if not file.is_file():
-            write_json(file, round(crowding(), 2))
-        return float(json.loads(file.read_text("utf-8")))
+        try:
+            return float(json.loads(file.read_text("utf-8")))
+        except (OSError, ValueError, TypeError):
+            now = round(crowding(), 2)
+            write_json(file, now)
+            return now
 
     def too_late(self, attempt: Attempt, now: float | None, reserve: float = 0.0) -> bool:
         """Whether the time left is less than half of the wall time of an attempt's run, or than a reserve.
@@ -139,7 +142,7 @@ class Attempts:
             found = {name: data[name] for name in names} | {"coarse_text": coarse, "text": text}
             if not all((folder / name).is_file() for name in found["pictures"]):
                 return False
-        except (OSError, ValueError, KeyError, TypeError):
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
             return False
         vars(attempt).update(found)  # all or nothing: what is not recalled is run again from the text as it was
         return True
