@@ -100,35 +100,10 @@ def derive_soft(
         mpm = _mpm(scene, scales, domain, why)
         substeps += _mpm_steps(mpm.cell, by_solver["mpm"], impact)
     if "pbd" in by_solver:
-        substeps.append((MAX_PBD_STEP, "cloth stretches at longer steps"))
-        size = scales.pbd_size
-        assert size is not None
-        stiff = [copy.model for copy in by_solver["pbd"] if copy.model.material.rigidity]
-        if stiff:
-            shortest = min(bending_step(model, size) for model in stiff)
-            reason = "a stiff sheet is softer at longer steps, and may be at this one"
-            substeps.append((max(shortest, MIN_SHEET_STEP), reason))
-        elastic = [copy.model for copy in by_solver["pbd"] if copy.model.material.tension_modulus]
-        if elastic:
-            reason = "an elastic sheet is softer than its material at longer steps"
-            shortest = min(elastic_step(model, size) for model in elastic)
-            substeps.append((max(shortest, MIN_SHEET_STEP), reason))
-            if snap := max(map(snap_speed, elastic)):
-                reason = (
-                    f"at {snap:.3g} m/s, as a stretched sheet draws together, a particle may not cross half its size"
-                )
-                substeps.append((max(size / 2 / snap, MIN_SHEET_STEP), reason))
-        breaths = [step for copy in by_solver["pbd"] if (step := gas_step(copy, folder)) is not None]
-        if breaths:
-            substeps.append((min(breaths), "a hull springs on the gas in it"))
-        if fastest:
-            reason = f"at {fastest:g} m/s a particle may not cross half its own size in one step"
-            substeps.append((size / 2 / fastest, reason))
+        assert scales.pbd_size is not None
+        substeps += _pbd_steps(scales.pbd_size, by_solver["pbd"], fastest, folder)
         step = scene.dt / (scene.substeps or max(ceil(scene.dt / step - 1e-9) for step, _ in substeps))
-        long = max(sheet_size(copy.shape, folder)[1] for copy in by_solver["pbd"])
-        stretch_of = partial(own_stretch, long, size, step, gravity=hypot(*scene.gravity))
-        sweeps = max((ELASTIC_SWEEPS * (step / elastic_step(model, size)) ** 2 for model in elastic), default=0.0)
-        pbd = _pbd(scene, size, stretch_of, sweeps, domain, why)
+        pbd = _pbd(scene, scales.pbd_size, by_solver["pbd"], step, folder, domain, why)
     if "fem" in by_solver or "ipc" in by_solver:
         if model == "ipc":
             coupler = ipc.settings(scene, scales.edges, why)
@@ -285,13 +260,29 @@ def _mpm_steps(cell: float, copies: list[Copy], impact: float) -> list[tuple[flo
     ]
 
 
+def _pbd_steps(size: float, copies: list[Copy], fastest: float, folder: Path) -> list[tuple[float, str]]:
+    steps = [(MAX_PBD_STEP, "cloth stretches at longer steps")]
+    if stiff := [copy.model for copy in copies if copy.model.material.rigidity]:
+        shortest = min(bending_step(model, size) for model in stiff)
+        reason = "a stiff sheet is softer at longer steps, and may be at this one"
+        steps.append((max(shortest, MIN_SHEET_STEP), reason))
+    if elastic := [copy.model for copy in copies if copy.model.material.tension_modulus]:
+        shortest = min(elastic_step(model, size) for model in elastic)
+        reason = "an elastic sheet is softer than its material at longer steps"
+        steps.append((max(shortest, MIN_SHEET_STEP), reason))
+        if snap := max(map(snap_speed, elastic)):
+            reason = f"at {snap:.3g} m/s, as a stretched sheet draws together, a particle may not cross half its size"
+            steps.append((max(size / 2 / snap, MIN_SHEET_STEP), reason))
+    if breaths := [step for copy in copies if (step := gas_step(copy, folder)) is not None]:
+        steps.append((min(breaths), "a hull springs on the gas in it"))
+    if fastest:
+        reason = f"at {fastest:g} m/s a particle may not cross half its own size in one step"
+        steps.append((size / 2 / fastest, reason))
+    return steps
+
+
 def _pbd(
-    scene: Scene,
-    size: float,
-    stretch_of: Callable[[int], float],
-    sweeps: float,
-    domain: Domain,
-    why: dict[str, str],
+    scene: Scene, size: float, copies: list[Copy], step: float, folder: Path, domain: Domain, why: dict[str, str]
 ) -> PbdSettings:
     if scene.pbd.bounds is not None:
         low, high = scene.pbd.bounds.min, scene.pbd.bounds.max
@@ -300,6 +291,10 @@ def _pbd(
         why["pbd_bounds"] = "where its bodies can come to; its sides are walls"
     stretch, bending = scene.pbd.stretch_iterations, scene.pbd.bending_iterations
     if stretch is None:
+        long = max(sheet_size(copy.shape, folder)[1] for copy in copies)
+        stretch_of = partial(own_stretch, long, size, step, gravity=hypot(*scene.gravity))
+        elastic = [copy.model for copy in copies if copy.model.material.tension_modulus]
+        sweeps = max((ELASTIC_SWEEPS * (step / elastic_step(model, size)) ** 2 for model in elastic), default=0.0)
         enough = (number for number in STRETCH_ITERATIONS if stretch_of(number) <= MAX_OWN_STRETCH and number >= sweeps)
         stretch = next(enough, STRETCH_ITERATIONS[-1])
         why["stretch_iterations"] = f"its own weight then stretches a cloth that hangs by {stretch_of(stretch):.1%}"
