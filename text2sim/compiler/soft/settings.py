@@ -20,8 +20,8 @@ from text2sim.spec_schema.models.sheets import Sleeve
 from text2sim.spec_schema.models.soft_bodies import Cloth, Liquid, Snow
 from text2sim.spec_schema.models.soft_materials import SnowMaterial
 
-PADDING_CELLS = 3
-"""Cells at each side of the grid in which the engine stops everything."""
+PADDING = 3
+"""Cells at each side of the grid in which the engine stops all motion."""
 MAX_COURANT = 0.5
 """Part of a cell that a sound wave crosses in a substep. From 0.74 on stiff bodies diverge, with finite numbers."""
 MAX_STEP_PER_CELL = 0.02
@@ -240,9 +240,9 @@ def _mpm(scene: Scene, scales: Scales, domain: Domain, why: dict[str, str]) -> M
     if scene.mpm.bounds is not None:
         low, high = scene.mpm.bounds.min, scene.mpm.bounds.max
     else:
-        low, high = domain("mpm", (PADDING_CELLS + 1) * cell, MAX_MPM_CELLS * cell**3, cell)
+        low, high = domain("mpm", (PADDING + 1) * cell, MAX_MPM_CELLS * cell**3, cell)
         why["mpm_bounds"] = (
-            f"where its bodies can come to, and {PADDING_CELLS + 1} cells more: three of them are a wall of the grid"
+            f"where its bodies can come to, and {PADDING + 1} cells more: three of them are a wall of the grid"
         )
     return MpmSettings(cell, float(f"{1 / cell:.6g}"), low, high)
 

@@ -31,9 +31,9 @@ MAX_DIRECTION_PAIRS = 3
 MAX_EXACT_PAIRS = 12
 """Pairs of pieces whose depth is computed in all directions."""
 SWEEP_COST = 5
-"""Cost of a sweep in steps; a test costs one."""
-ROUND_EXIT = 20
-"""Cost of a sweep with a round piece, which converges slowly."""
+"""Steps that a sweep costs; a test costs one."""
+ROUND_SWEEP_COST = 20
+"""Steps that a sweep with a round piece costs, because it converges slowly."""
 ROUND_PIECES = ("cylinder", "ellipsoid")
 BOX_TESTS_PER_STEP = 100
 """Pairs of boxes that are compared in the time of a step."""
@@ -168,9 +168,10 @@ def _free_length(
 
 
 def _cost(pairs: list[tuple[StandingPart, StandingPart]]) -> int:
-    """Return the steps that the exits of pairs of pieces cost."""
+    """Return the steps that a sweep of each pair of pieces costs."""
     return sum(
-        ROUND_EXIT if a.piece.kind in ROUND_PIECES or b.piece.kind in ROUND_PIECES else SWEEP_COST for a, b in pairs
+        ROUND_SWEEP_COST if a.piece.kind in ROUND_PIECES or b.piece.kind in ROUND_PIECES else SWEEP_COST
+        for a, b in pairs
     )
 
 
