@@ -1,4 +1,4 @@
-"""Trials of bodies from asset agents before they are used: resolve, draw, move, and register them."""
+"""Trials of bodies that asset agents wrote: each is resolved, drawn, driven in the engine, and registered."""
 
 import json
 from dataclasses import dataclass
@@ -92,7 +92,7 @@ def _draw(name: str, loaded: Any, case: Path) -> str | None:
 
 
 def _drive_joints(body: dict[str, Any], case: Path) -> Proof:
-    """Drive the motorised joints, and report those that do not respond."""
+    """Drive the joints that have motors, and report those that do not respond."""
     from text2sim.asset_intake.mechanism_check import check_mechanism
     from text2sim.asset_intake.probe import probe
 

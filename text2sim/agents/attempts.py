@@ -1,4 +1,4 @@
-"""Folder of the attempts of a loop: they are run, stored and recalled here."""
+"""Folder of the attempts of a loop, which runs, stores and recalls them."""
 
 import json
 from collections import Counter
@@ -31,10 +31,10 @@ if TYPE_CHECKING:
     from text2sim.runtime.warm_runner import WarmRunner
 
 MAX_REPEAT_SHARE, MAX_FINER_SHARE = 0.25, 0.1
-"""Parts of the time left that a run may take to be repeated without a cause, once all expectations are true, and with
+"""Largest parts of the time left that a second run may take: without a cause, once all expectations are true, and with
 finer steps."""
 DURATION_RULE = "slow-scene"
-"""The rule that estimates the duration of a run; it is ignored once a run was timed."""
+"""The rule that estimates the duration of a run; ignored once a run was timed."""
 UNJUDGED_RULES = (DURATION_RULE, "unused-param")
 """Rules whose warnings say nothing about a run."""
 
@@ -49,7 +49,7 @@ class Attempts:
         self._asked: Counter[int] = Counter()
         self._warm: WarmRunner | None = None
         self._told: set[tuple[str, str]] = set()
-        """Intended warnings that were told with the evidence of an earlier run, by rule and path."""
+        """Rule and path of the intended warnings that stood in the evidence of an earlier run."""
 
     @property
     def runner(self) -> "WarmRunner":
@@ -96,7 +96,7 @@ class Attempts:
         return estimates[asked]
 
     def crowding(self, attempt: Attempt) -> float:
-        """Return how much longer a run takes on this machine than if it were idle; recorded as the minutes left are."""
+        """Return how much longer a run takes on this machine than if it were idle; recorded like the minutes left."""
         from text2sim.runtime.machine import crowding
 
         file = self.folder_of(attempt.number) / "crowding.json"
@@ -162,7 +162,7 @@ class Attempts:
         patience: float = inf,
         finer_within: float = 0.0,
     ) -> None:
-        """Simulate an attempt, again with finer steps if bodies sink into each other, and record its evidence.
+        """Simulate an attempt, repeat it with finer steps if bodies sink into each other, and record its evidence.
 
         Args:
             attempt: The attempt; updated with the result, and with the finer steps.
@@ -217,7 +217,7 @@ class Attempts:
         """Repeat a run with finer steps if bodies sank into each other and that takes less than `within` [s].
 
         Returns:
-            Check and result of the finer one if it finished, or else of the first; the attempt gets its text.
+            Check and result of the finer run if it finished, whose text the attempt gets; otherwise of the first run.
         """
         assert examined.loaded is not None
         text, factor = with_finer_steps(attempt.text, examined.loaded, result.evidence or {})
@@ -277,8 +277,8 @@ class Attempts:
     ) -> None:
         """Rerun a successful attempt without each of its causes, and add the effects to its evidence.
 
-        If an earlier attempt has the same run, which is then only filmed or judged again, so are the runs without the
-        causes, whatever time is left: expectations may have changed.
+        If an earlier attempt has the same run and the same causes, the runs without them exist as well: they are only
+        judged again, whatever time is left, because expectations may have changed.
 
         Args:
             attempt: The attempt; the effects are added to it and stored.
@@ -286,7 +286,7 @@ class Attempts:
             timeout: Limit of each run [s].
             on_progress: Callback for the progress of each run.
             now: Minutes left by the clock; None without a limit.
-            earlier: The attempts before; the slowest of their runs tells how long a run takes.
+            earlier: The attempts before; the slowest of all runs predicts how long another takes.
 
         Raises:
             KeyboardInterrupt: If the user stopped one of these runs.
@@ -370,9 +370,9 @@ class Attempts:
 def _further_evidence(
     result: "RunResult", examined: Examination, loaded: LoadedCase, told: Collection[tuple[str, str]]
 ) -> Iterator[str]:
-    """Yield what is told besides the summary of a run: tracks, derived settings, warnings, and who is to blame.
+    """Yield what is told besides the summary of a run: tracks, derived settings, warnings, and what is to blame.
 
-    Of intended warnings those that were told before are left out.
+    Intended warnings that were told before are left out.
     """
     if result.evidence is not None and (tracks := tracks_text(result.folder, loaded.case, result.evidence["events"])):
         yield tracks

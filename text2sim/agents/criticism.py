@@ -48,7 +48,7 @@ class Exhibit:
     before: str = ""
     """Earlier attempts and their judgements."""
     finished: bool = True
-    """Whether the run came to its end. If not, what it did not reach is not one more failure."""
+    """Whether the run finished. If not, an expectation that it did not reach is no further failure."""
 
 
 def criticise(
@@ -103,14 +103,14 @@ def criticise(
     if wrong := _faults(critique, request, exhibit, contract, path):
         critique = _amended(chat, system, critique, wrong, exhibit)
     critique = _settled(_by_the_facts(critique, exhibit.facts), request, exhibit, contract, path)
-    if plan.cannot:  # what is impossible counts in the score, and for nothing else
+    if plan.cannot:  # impossible requirements count in the score alone
         marks = {name: row.mark for name, row in critique.requirements.items()}
         critique = critique.model_copy(update={"score": weighted_score(wished, marks)})
     return critique
 
 
 def _requirements_text(request: Request, plan: CasePlan, facts: Sequence[Fact]) -> str:
-    """The requirements, each with the expectations that fail without it and its computed facts."""
+    """List the requirements, each with the expectations that fail without it and its computed facts."""
     lines = []
     for line, name in zip(requirement_rows(request.requirements).splitlines(), request.requirements, strict=True):
         names = plan.meets.get(name)
@@ -122,7 +122,7 @@ def _requirements_text(request: Request, plan: CasePlan, facts: Sequence[Fact]) 
 
 
 def _patch_faults(patch: Patch, case: str, contract: Contract, path: Path) -> list[str]:
-    """Reasons why a patch cannot be applied to a case; empty if it can."""
+    """Return the reasons why a patch cannot be applied to a case; empty if it can."""
     try:
         revision = revised(case, path, patch.operations, patch.section)  # type: ignore[arg-type]
     except PatchError as error:
@@ -148,7 +148,7 @@ def _faults(critique: Critique, request: Request, exhibit: Exhibit, contract: Co
 
 
 def _faults_by_patch(critique: Critique, exhibit: Exhibit, contract: Contract, path: Path) -> list[list[str]]:
-    """Reasons why each patch cannot be applied; none for those that give a valid case together."""
+    """Return for each patch why it cannot be applied; empty for those that together give a valid case."""
     if not exhibit.case:  # a judgement of looks needs no patches
         return []
     rows = [patch.model_dump(mode="json") for patch in critique.patches]
@@ -180,13 +180,13 @@ def _amended(chat: Conversation, system: str, critique: Critique, wrong: Sequenc
 
 
 def _short_of(critique: Critique, request: Request) -> list[str]:
-    """Names of the requirements that are marked as not met."""
+    """Return the names of the requirements that are marked as not met."""
     known = request.requirements
     return [name for name, row in critique.requirements.items() if name in known and row.mark < known[name].needed]
 
 
 def _by_the_facts(critique: Critique, facts: Sequence[Fact]) -> Critique:
-    """A copy of a judgement in which requirements contradicted by a fact are not met."""
+    """Return a judgement in which requirements that a fact contradicts are at most half met."""
     against = {fact.requirement: fact.told for fact in facts if fact.ok is False}
     marks = {
         name: row.model_copy(update={"mark": 0.5, "why": against[name]}) if name in against and row.mark == 1 else row
@@ -196,7 +196,7 @@ def _by_the_facts(critique: Critique, facts: Sequence[Fact]) -> Critique:
 
 
 def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: Contract, path: Path) -> Critique:
-    """A judgement without its unusable parts, with its score; it passes only if all requirements are met."""
+    """Return a judgement without its unusable parts, with its score; it passes only if all requirements are met."""
     patches, refused = [], [*critique.refused] if exhibit.case else []
     for patch, faults in zip(critique.patches, _faults_by_patch(critique, exhibit, contract, path), strict=False):
         if faults:
@@ -237,9 +237,9 @@ def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: C
 
 
 def decision_to_film(critique: Mapping[str, Any] | None, case: str, path: Path) -> Decision | None:
-    """Return the decision to take all patches of a critique if they change film and looks alone; None for any other.
+    """Return the decision to take all patches of a critique if they change only film and looks; otherwise None.
 
-    To film a recorded run again is cheap, so the Planner is not asked.
+    The Planner is not asked, because it is cheap to film a recorded run again.
 
     Args:
         critique: A `Critique` of a run in which all expectations are true; None if there is none.
