@@ -13,8 +13,8 @@ from text2sim.agents.facts import Fact
 from text2sim.agents.judgement import Amendment, Critique, Failure, Patch
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.planning import Request
-from text2sim.agents.replies import CasePlan, Decision, Where
-from text2sim.agents.requirements import requirement_rows, weighted_score
+from text2sim.agents.replies import MAX_LINE_LENGTH, CasePlan, Decision, Where
+from text2sim.agents.requirements import requirement_row, weighted_score
 from text2sim.agents.restyling import restyle
 from text2sim.agents.revising import most_that_hold, params_used, revised, with_patches_together
 from text2sim.agents.roles import ROLES, render, system_prompt
@@ -112,9 +112,10 @@ def criticise(
 def _requirements_text(request: Request, plan: CasePlan, facts: Sequence[Fact]) -> str:
     """List the requirements, each with the expectations that fail without it and its computed facts."""
     lines = []
-    for line, name in zip(requirement_rows(request.requirements).splitlines(), request.requirements, strict=True):
+    for name, requirement in request.requirements.items():
         names = plan.meets.get(name)
-        lines.append(line + (f" [{', '.join(f'expect:{one}' for one in names)}]" if names else ""))
+        bound = f" [{', '.join(f'expect:{one}' for one in names)}]" if names else ""
+        lines.append(requirement_row(name, requirement) + bound)
         if name in plan.cannot:
             lines.append(f"  - cannot be built: {plan.cannot[name]}. Not needed, and no failure; mark what there is")
         lines += [f"  - fact, {fact}" for fact in facts if fact.requirement == name]
@@ -221,11 +222,12 @@ def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: C
         if name not in failure_text and not set(row.cites) & cited:
             half = "only half met" if row.mark else "not met"
             what = f"{half}: {request.requirements[name].what}{f' ({row.why})' if row.why else ''}"
-            failures.append(Failure(what=what, cites=_known_cites(row.cites, exhibit) or ["run"], section=patched))
+            cites = _known_cites(row.cites, exhibit) or ["run"]
+            failures.append(Failure(what=what[:MAX_LINE_LENGTH], cites=cites, section=patched))
     for name in request.requirements:
         if name not in critique.requirements:
             what = f"not marked: {request.requirements[name].what}"
-            failures.append(Failure(what=what, cites=["run"], section=section))
+            failures.append(Failure(what=what[:MAX_LINE_LENGTH], cites=["run"], section=section))
     marks = {name: row.mark for name, row in critique.requirements.items()}
     whole = all(marks.get(name, 0.0) >= one.needed for name, one in request.requirements.items())
     passed = critique.verdict == "pass" and not exhibit.missed and whole

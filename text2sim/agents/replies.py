@@ -15,7 +15,8 @@ SECTIONS = ("scene", "bodies", "actions", "render")
 Owner = Literal["scene", "bodies", "actions", "render"]
 Where = Literal["scene", "bodies", "actions", "render", "plan"]
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,47}$")]
-Line = Annotated[str, StringConstraints(max_length=2_000)]
+MAX_LINE_LENGTH = 2_000
+Line = Annotated[str, StringConstraints(max_length=MAX_LINE_LENGTH)]
 Lines = Annotated[list[Line], Field(max_length=60)]
 
 
