@@ -23,11 +23,12 @@ from text2sim.spec_schema.models.soft_materials import SnowMaterial
 PADDING = 3
 """Cells at each side of the grid in which the engine stops all motion."""
 MAX_COURANT = 0.5
-"""Part of a cell that a sound wave crosses in a substep. From 0.74 on stiff bodies diverge, with finite numbers."""
+"""Largest Courant number: the part of a cell that sound crosses in a substep. From 0.74 on stiff bodies diverge, with
+finite numbers."""
 MAX_STEP_PER_CELL = 0.02
 """Longest substep [s] per metre of cell: the engine's own suggestion."""
 MAX_MPM_CELLS, MAX_PBD_CELLS = 3_000_000, 1_000_000
-"""Most cells of the grid, for their memory, and of the space of cloth."""
+"""Largest numbers of cells of the grid, because of their memory, and of the space of cloth."""
 HASH_CELL_DISTANCES, HASH_CELLS_PER_AXIS = 1.25, 32
 """Cell of the spatial hash of cloth in particle distances, as the engine has it, and cells along each axis; rounding
 may make the engine add one. The hash repeats in space, and every substep clears all of it: `python -m
@@ -35,11 +36,11 @@ benchmarks.engine_defaults` measures 5.1 ms a substep, and 13.8 ms with the engi
 space.
 """
 SNOW_EXPONENT = 10.0
-"""Of the engine's law of snow: compressed to a part Jp of its volume, it is exp(10 (1 - Jp)) times as stiff."""
+"""Exponent of the engine's law of snow: at a part Jp of its volume, it is exp(10 (1 - Jp)) times as stiff."""
 LEAST_COMPRESSION = 0.1
 """Part by which snow is assumed to be compressed even if nothing hits it."""
 MIN_SHEET_STEP = 1e-4
-"""Shortest substep [s] that is derived for a stiff sheet: in one that is too long, it is softer, but stable."""
+"""Shortest substep [s] that is derived for a stiff sheet: one that needs a shorter substep is softer, but stable."""
 MAX_PBD_STEP = 0.0005
 """Longest substep [s] of cloth, which is stiffer the more sweeps its solver makes in a second."""
 STRETCH_RELAXATION = 0.3
@@ -171,7 +172,7 @@ def own_stretch(long: float, size: float, step: float, iterations: int, gravity:
         size: Distance of its points [m].
         step: Substep [s].
         iterations: Sweeps over its threads in each substep.
-        gravity: [m/s2]
+        gravity: Its magnitude [m/s2].
     """
     return 8 * gravity * step**2 * long / (9 * STRETCH_RELAXATION * iterations * size**2)
 
