@@ -15,7 +15,7 @@ from text2sim.agents.contract import numbered_copies
 from text2sim.agents.counterfactual import TITLE, Found, causes_text, compare_causes, untried_causes, were_tried
 from text2sim.agents.facts import compute_facts, facts_as_data
 from text2sim.agents.models.exchange import Image
-from text2sim.agents.pictures import frame_sheet
+from text2sim.agents.pictures import frame_sheet, sheet_png
 from text2sim.agents.refinement import with_finer_steps
 from text2sim.agents.replies import CasePlan
 from text2sim.agents.run_summary import citable_items, evidence_text
@@ -24,7 +24,7 @@ from text2sim.agents.trials import MAX_TRACKS, Outcome, Settings, trials_text
 from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import Problem, RunError
 from text2sim.spec_schema.loaded import LoadedCase
-from text2sim.spec_schema.whole_files import replacing, write_atomically, write_json
+from text2sim.spec_schema.whole_files import write_atomically, write_json
 
 if TYPE_CHECKING:
     from text2sim.harness.result import RunResult
@@ -357,8 +357,7 @@ class Attempts:
             return [], 0, ""
         folder = self.folder_of(attempt.number)
         folder.mkdir(parents=True, exist_ok=True)
-        with replacing(folder / "frames.png") as part:
-            sheet.save(part, "PNG", optimize=True)
+        write_atomically(folder / "frames.png", sheet_png(sheet))
         return ["frames.png"], count, note
 
     def publish(self, attempt: Attempt) -> None:

@@ -5,7 +5,6 @@ start, the events and the end, and nothing else. The best treatment is refined w
 until it is good enough or the rounds are used up.
 """
 
-import io
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -21,7 +20,7 @@ from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed_
 from text2sim.agents.frame_choice import EVEN_STILLS, MAX_EVENT_STILLS, choose_stills
 from text2sim.agents.journal import Emit
 from text2sim.agents.models.exchange import Image, StoppedError
-from text2sim.agents.pictures import moments_of
+from text2sim.agents.pictures import moments_of, sheet_png
 from text2sim.agents.replies import Answer, Line, Name
 from text2sim.agents.restyling import TouchesPhysics, restyle
 from text2sim.agents.revising import data_of
@@ -312,9 +311,7 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
         ("film", f"{number}: {frame.k / filming.fps:.2f} s", Pictures.fromarray(picture))
         for number, (frame, picture) in enumerate(zip(few.frames, filming.pictures(few, paths), strict=True), 1)
     ]
-    sheet = io.BytesIO()
-    contact_sheet(thumbnails, width=STILL_WIDTH, columns=2).save(sheet, "png", optimize=True)
-    return sheet.getvalue(), len(thumbnails)
+    return sheet_png(contact_sheet(thumbnails, width=STILL_WIDTH, columns=2)), len(thumbnails)
 
 
 def recorded_text(recording: Any) -> str:

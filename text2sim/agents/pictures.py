@@ -9,6 +9,8 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from text2sim.agents.frame_choice import FrameMoment, Shown, after_strikes, choose_frames, moments, with_attached
+from text2sim.agents.models.exchange import MAX_IMAGE
+from text2sim.compiler.shapes.pictures import picture_bytes
 from text2sim.legibility.film import spread_numbers
 from text2sim.recording.run_files import read_events
 from text2sim.runtime.internal_errors import keep_details
@@ -82,6 +84,13 @@ def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[A
     if not rows:
         return None, 0, ""
     return contact_sheet(thumbnails, width=width, columns=columns), len(rows), note
+
+
+def sheet_png(sheet: Any) -> bytes:
+    """Return a sheet as PNG, reduced until it is small enough for a model."""
+    while len(content := picture_bytes(sheet, "PNG", optimize=True)) > MAX_IMAGE:
+        sheet = sheet.resize((sheet.width * 3 // 4, sheet.height * 3 // 4))
+    return content
 
 
 def _read(path: Path) -> Any:
