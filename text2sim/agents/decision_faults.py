@@ -138,8 +138,8 @@ def foreign_operations(operations: Sequence[Mapping[str, Any]]) -> list[str]:
         f"/patch/{k}: `{place}` is a Writer's: route it; your patch is for "
         f"{', '.join(f'/{part}' for part in PLANNER_PARTS)}"
         for k, row in enumerate(operations)
-        for place in dict.fromkeys((row.get("path"), row.get("from", row.get("path"))))
-        if str(place).split("/")[1:2] in ([], [""], *([section] for section in SECTIONS))
+        for place in dict.fromkeys(str(row.get(member, row.get("path"))) for member in ("path", "from"))
+        if place.split("/")[1:2] in ([], [""], *([section] for section in SECTIONS))
     ]
 
 
