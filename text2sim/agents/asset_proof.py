@@ -10,7 +10,7 @@ from text2sim.agents.replies import CasePlan
 from text2sim.assets.manifest import Asset, Control, read_manifest, register
 from text2sim.assets.safe_write import FOLDER, digest, write_asset
 from text2sim.compiler.lower import PLACEMENT_KEYS
-from text2sim.spec_schema.errors import AssetError, MachineError
+from text2sim.spec_schema.errors import AssetError, MachineError, SpecError
 from text2sim.spec_schema.text.canonical import format_text
 from text2sim.spec_schema.whole_files import write_atomically
 
@@ -85,6 +85,8 @@ def _draw(name: str, loaded: Any, case: Path) -> str | None:
         picture = portrait(resolve_case(loaded))
     except AssetError as error:
         return str(error)
+    except SpecError as error:  # some faults of shapes show only here
+        return "; ".join(problem.message for problem in error.problems)
     folder = case / PREVIEWS
     folder.mkdir(parents=True, exist_ok=True)
     write_atomically(folder / f"{name}.png", picture)
