@@ -103,7 +103,7 @@ def test_the_planner_is_told_and_sees(files: Path, tmp_path: Path, monkeypatch: 
 
 PLAN = CasePlan.model_validate(
     {"name": "x", "event": "e", "params": {"reach": 0.4},
-     "bodies": {"jelly": {"kind": "soft"}, "vase": {"kind": "rigid"}, "arm": {"kind": "articulated"}}}
+     "bodies": {"jelly": {"kind": "soft"}, "vase": {"kind": "rigid"}, "rag": {"kind": "cloth"}, "arm": {"kind": "articulated"}}}
 )  # fmt: skip
 COMPOUND = "shape: {kind: compound, parts: {a: {shape: {kind: box, size: [0.1, 0.1, 0.1]}}, b: {shape: {kind: sphere, radius: 0.05}, pose: {pos: [0, 0, 0.1]}}}}"
 ARM = """
@@ -152,6 +152,12 @@ def test_a_shape_is_drawn_and_registered(tmp_path: Path) -> None:
     assert not any(verify_manifest(case).values())
     with Picture.open(case / "generation" / "previews" / "vase.png") as picture:
         assert len(picture.convert("RGB").getcolors(1_000_000) or []) > 50, "something is to be seen"
+
+
+def test_a_cloth_that_cannot_be_meshed_goes_back(tmp_path: Path) -> None:
+    right = "shape: {kind: sheet, size: [1, 1]}"
+    _, model = supplied(tmp_path, "mesh", "rag", "shape: {kind: mesh, file: rag.xyz}", right)
+    assert "must end in one of .obj" in model.questions("mesh")[1]
 
 
 def test_what_is_wrong_with_a_mechanism_goes_back(tmp_path: Path) -> None:

@@ -195,7 +195,8 @@ def test_a_journal_keeps_each_thing_once(tmp_path: Path) -> None:
         journal("planned", what="a")
         journal("asked", live=True, role="critic")
         journal("planned", what="a")
-    assert file.read_text("utf-8").count("\n") == 2
+        journal("planned", what="a line\u2028separator")
+    assert file.read_text("utf-8").count("\n") == 3
     file.write_text(file.read_text("utf-8") + '{"event": "hal', "utf-8")
     Journal(file)("planned", what="b")
     assert [line for line in file.read_text("utf-8").splitlines() if "hal" in line] == []

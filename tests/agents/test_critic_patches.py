@@ -52,6 +52,8 @@ def test_a_parameter_gets_another_value_in_the_same_round(tmp_path: Path) -> Non
         ("{op: replace, path: /params/hight, value: 1}", "there is no parameter `hight`"),
         ("{op: remove, path: /params/spare}", "sets /params/NAME"),
         ("{op: replace, path: /params, value: {}}", "sets /params/NAME"),
+        ("{op: replace, path: params/height, value: 1}", "a path starts with `/`"),
+        ("{op: replace, value: 1}", "a path is a text"),
         ("{op: replace, path: /bodies/ball/shape/radius, value: 1}", "sets /params/NAME"),
         ("{op: replace, path: /params/height, value: high}", "/bodies/ball/pose/pos/2"),
         ("{op: replace, path: /params/bound, value: 3}", "comes from the request and must stay"),

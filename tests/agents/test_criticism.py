@@ -50,6 +50,16 @@ def test_a_case_passes_only_with_every_requirement_met(tmp_path: Path) -> None:
     assert "- `opens` (3): the lid opens by itself [expect:open]" in model.questions("critic")[0]
 
 
+def test_requirements_of_any_form_are_judged(tmp_path: Path) -> None:
+    two_lines = Requirement(what="the lid is red\nand shines")
+    request = Request("A red lid.", requirements={"red": two_lines, "opens": Requirement(what="long " * 399)})
+    reply = f"seen: It opens.\nverdict: pass\nrequirements: {{opens: [0, 'frame:1', {'why ' * 100}]}}"
+    found, model = judged(tmp_path, reply, "requirements: {}", request=request)
+    assert "- `red` (3): the lid is red\nand shines\n- `opens` (3): long" in model.questions("critic")[0]
+    assert [failure.what[:14] for failure in found.failures] == ["not met: long ", "not marked: th"]
+    assert len(found.failures[0].what) == 2000
+
+
 def test_what_is_half_met_belongs_to_the_section_that_is_patched(tmp_path: Path) -> None:
     reply = "seen: It opens.\nverdict: repair\nrequirements: {red: [1/2, 'frame:1', hidden], opens: 1}\npatches: "
     patch = "[{section: render, why: from the left, operations: [{op: add, path: /render/fps, value: 30}]}]"
@@ -134,6 +144,7 @@ def test_a_request_is_taken_apart_and_looked_through_again(tmp_path: Path) -> No
 def test_a_short_wish_is_its_own_requirement() -> None:
     assert list(requirements_of_change("make the lid blue", lambda: {})) == ["wish"]
     assert requirements_of_change("word " * 30, lambda: REQUIRED) == REQUIRED
+    assert requirements_of_change("盒子的盖子是红色的" * 300, lambda: REQUIRED) == REQUIRED
 
 
 def test_the_score_weighs_by_importance() -> None:

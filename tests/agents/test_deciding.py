@@ -313,6 +313,17 @@ def test_a_loop_that_goes_on_recalls_a_run_although_the_planner_was_asked_before
     assert (again.state, again.run, again.wall, again.took) == ("finished", "runs/a", 30.0, 50.0)
 
 
+@pytest.mark.parametrize("damage", ["", "[]", "{}"])
+def test_a_loop_that_goes_on_does_without_damaged_files(tmp_path: Path, damage: str) -> None:
+    attempts, attempt = Attempts(tmp_path), Attempt(1, "text", "x", state="finished", run="runs/a")
+    attempts.keep(attempt)
+    for name in ("attempt.json", "crowding.json", "minutes.json"):
+        (attempts.folder_of(1) / name).write_text(damage)
+    assert not attempts.recall(attempt)
+    assert attempts.crowding(attempt) >= 1.0
+    assert attempts.minutes_left(attempt, 30.0) == 30.0
+
+
 # --- existing cases ------------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("answer", "about"),

@@ -104,6 +104,7 @@ def test_what_the_planner_may_do(answer: str) -> None:
         ("patch: [{op: remove, path: /params/bound}]", "unknown name `bound`"),
         ("patch: [{op: replace, path: /bodies/ball/shape/radius, value: 1}]", "is a Writer's: route it"),
         ("patch: [{op: remove, path: /variants/low}]", "/patch"),
+        ("patch: [{op: remove, path: [variants, low]}]", "is a Writer's: route it"),
         ("plan: {rename: {height: layer}}", "`layer` is taken"),
         ("plan: {rename: {hight: h}}", "there is no such parameter"),
         ("plan: {checks: {expect: {low: {measure: z, at: end, below: 0.9}}}}", "say it anew by `restate`"),

@@ -2,12 +2,15 @@
 
 import json
 import resource
+import shutil
 from pathlib import Path
 
 import pytest
+import yaml
 
 from tests.agents.scripted import Scripted, chat, fenced
-from text2sim.agents.distilling import distill
+from text2sim.agents.conversation import Wrong
+from text2sim.agents.distilling import CardProposal, TriedAttempt, attempts_of, attempts_text, distill, draft_card
 from text2sim.card_library.library import load_library
 from text2sim.spec_schema.errors import RunError
 
@@ -93,6 +96,39 @@ def test_what_a_full_disk_left_of_a_card_is_completed_and_nothing_is_asked_again
     (card / "failing.yaml").write_text("another")
     with pytest.raises(RunError, match="exists already"):
         distill(chat(tmp_path, model), case, tmp_path / "cards")
+
+
+@pytest.fixture
+def changed(case: Path) -> dict[int, TriedAttempt]:
+    """Attempts at an existing case, which was run first as it was: that is attempt 0."""
+    first, second = case / "generation" / "attempts" / "00", case / "generation" / "attempts" / "01"
+    shutil.copytree(second, first)
+    (first / "case.yaml").write_text(CASE.replace("duration: 0.6", "duration: 0.7") % "2.0")
+    record = json.loads((second / "attempt.json").read_text())
+    (second / "attempt.json").write_text(json.dumps(record | {"changes": []}))
+    return attempts_of(case)
+
+
+def test_a_repair_by_a_patch_starts_from_the_failing_attempt(changed: dict[int, TriedAttempt]) -> None:
+    card = yaml.safe_load(CARD.format(failing=1, repaired=2))["cards"][0]["card"]
+    card["evidence"]["repaired"]["outcome"] = "passed"
+    card["evidence"]["failing"]["outcome"] = "missed:lands"
+    repair = [{"op": "replace", "path": "/bodies/ball/pose/pos/2", "value": 0.3}]
+    draft = draft_card(CardProposal(failing=1, repair=repair, card=card), changed)
+    assert "duration: 0.6" in draft.failing
+    assert "duration: 0.6" in draft.repaired
+    with pytest.raises(Wrong, match="attempts 2 and 0: attempt 2 did not fail"):
+        draft_card(CardProposal(failing=2, repaired=0, card=card), changed)
+
+
+def test_an_attempt_without_recorded_changes_is_shown_whole(changed: dict[int, TriedAttempt]) -> None:
+    assert attempts_text(changed).count("```yaml") == 2
+
+
+@pytest.mark.parametrize("record", ["[]", "{}", '{"state": "finished", "expect": [], "cause": "", "changes": []}'])
+def test_a_damaged_attempt_is_left_out(case: Path, record: str) -> None:
+    (case / "generation" / "attempts" / "01" / "attempt.json").write_text(record)
+    assert list(attempts_of(case)) == [2]
 
 
 def test_two_cards_of_one_name_go_back(tmp_path: Path, case: Path) -> None:

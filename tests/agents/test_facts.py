@@ -220,6 +220,13 @@ def test_what_never_touched_until_a_run_broke_off_is_open(told: Any, tmp_path: P
     assert told(touched="tin", by="ball", never=True).ok is False, "what has happened has happened"
 
 
+def test_what_moved_before_it_was_removed_has_moved(told: Any, tmp_path: Path) -> None:
+    (tmp_path / "run" / "states" / "removed.json").write_text('{"tin[0]": 0.8}')
+    fact = told(moved="tin", by="ball")
+    assert fact.ok is True, fact.told
+    assert "0.3 m and 0 deg after" in fact.told
+
+
 def test_colours_go_by_everyday_words() -> None:
     assert matches_color((0.70, 0.13, 0.13), "red")
     assert matches_color((0.0, 0.45, 0.70), "blue")

@@ -1,6 +1,7 @@
 """The sheet that the Critic sees shows what happened, not only what was filmed at even distances."""
 
 import json
+from io import BytesIO
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -10,6 +11,8 @@ import pytest
 from PIL import Image
 
 from text2sim.agents import pictures
+from text2sim.agents.attempt import Attempt
+from text2sim.agents.attempts import Attempts
 from text2sim.agents.frame_choice import (
     MIN_INTERVAL,
     FrameMoment,
@@ -219,6 +222,16 @@ def test_pictures_come_from_the_film_at_those_times(run: Path) -> None:
     assert sheet is not None
     first = np.asarray(sheet)[4 + SIZE[1] * 3 // 4, 4 + SIZE[0] // 2, 0]
     assert abs(int(first) - 40) <= 2, "the film's first picture, not one that was kept"
+
+
+def test_a_sheet_that_is_too_large_for_a_model_is_reduced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    noise = np.random.default_rng(0).integers(0, 256, (1200, 1200, 3), np.uint8)  # 4.3 MB as PNG
+    monkeypatch.setattr("text2sim.agents.attempts.frame_sheet", lambda run, preview: (Image.fromarray(noise), 1, ""))
+    attempts, attempt = Attempts(tmp_path), Attempt(1, "text", "x")
+    attempt.pictures = attempts._pictures(attempt, tmp_path, lambda: None)[0]
+    (image,) = attempts.images(attempt)
+    with Image.open(BytesIO(image.data)) as picture:
+        assert picture.size == (900, 900)
 
 
 def test_a_run_of_another_kind_shows_what_it_has(run: Path) -> None:

@@ -156,6 +156,8 @@ def test_a_reference_ends_where_halving_the_step_still_changes_it():
         ),
         ("observables: {touch: {}}", "there is no measure `touch` that can be compared"),
         ("observables: {angle: {analytic: 'cos(w * t)'}}", "1:33: error: "),
+        ("observables: {angle: {analytic: '1 / t'}}", "1:33: error: "),
+        ("observables: {angle: {analytic: '[t, t]'}}", "1:33: error: "),
         ("observables: {angle: {tolerance: -1}}", "1:34: error: "),
     ],
 )

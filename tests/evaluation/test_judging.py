@@ -199,6 +199,27 @@ def test_pending_judgements_count_as_not_judged(suite: Path, make_method: Make, 
     assert [row.why for row in missing] == ["nobody has judged it yet"]
 
 
+@pytest.mark.parametrize("damage", ["{}", "[]", "{", '{"judged": 1}'])
+def test_a_damaged_record_is_no_judging(
+    suite: Path, make_method: Make, judge: Judge, tmp_path: Path, damage: str
+) -> None:
+    (tmp_path / "judging.json").write_text(damage)
+    with pytest.raises(RunError, match="nothing was judged here"):
+        read_judgements(tmp_path)
+    assert judged(suite, [make_method("ours")], judge, tmp_path, repeats=1)
+
+
+@pytest.mark.parametrize("change", [{"total": "x"}, {"state": "lost"}, {"reply": 5}, {"turn": {}}])
+def test_a_damaged_judgement_is_named(
+    suite: Path, make_method: Make, judge: Judge, tmp_path: Path, change: dict[str, Any]
+) -> None:
+    judged(suite, [make_method("ours")], judge, tmp_path, repeats=1)
+    path = tmp_path / "drop" / "ours" / "visual-1-1" / "judgement.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | change))
+    with pytest.raises(RunError, match="not a judgement; remove its folder"):
+        read_judgements(tmp_path)
+
+
 def test_a_judge_who_sees_no_pictures_is_refused(suite: Path, make_method: Make, judge: Judge, tmp_path: Path) -> None:
     read, _ = read_suite(suite)
     blind = judge.model.replace("vision=yes", "vision=no")

@@ -138,6 +138,21 @@ def test_driven_bodies_are_listed_with_their_share_of_the_path(tmp_path: Path) -
     assert "`belt` moves along a prescribed path (`driven`), 50 % of all paths" in found.rows()[0]
 
 
+def test_the_path_of_a_driven_body_ends_when_it_is_removed(tmp_path: Path) -> None:
+    driven = {"kind": "driven", "shape": {"kind": "box", "size": [1, 1, 1]}, "motion": {"kind": "spin", "axis": "z", "speed": 1.0}}  # fmt: skip
+
+    def record(run: WrittenRun) -> None:
+        run.add_link("floor", fixed=True)
+        run.add_link("ball", **along(run, 2 * run.time, 0))
+        run.add_link("belt", **along(run, run.time, 1))
+        (run.folder / "states").mkdir()
+        (run.folder / "states" / "removed.json").write_text('{"belt": 0.5}')
+
+    found = moved(tmp_path, record, bodies={"ball": BALL, "belt": driven})
+    assert found.driven["belt"] == pytest.approx(0.2)
+    assert found.mainly_keyframed
+
+
 def test_a_cloth_whose_points_are_set_is_found(tmp_path: Path) -> None:
     cloth = {"kind": "cloth", "solver": "pbd", "shape": {"kind": "sheet", "size": [1, 1]}}
 

@@ -51,6 +51,14 @@ def test_a_folder_without_a_record_is_taken_as_far_as_it_goes(tmp_path: Path) ->
     assert "no result.json" in made.problems[0].message
 
 
+def test_a_result_may_be_a_link_to_a_folder_of_another_name(tmp_path: Path) -> None:
+    (tmp_path / "2026-run").mkdir()
+    (tmp_path / "2026-run" / "film.mp4").write_bytes(b"film")
+    (tmp_path / "theirs").mkdir()
+    (tmp_path / "theirs" / "drop").symlink_to(tmp_path / "2026-run")
+    assert read_method(tmp_path / "theirs").made["drop"].result.prompt == "drop"
+
+
 def test_problems_of_a_record_are_located(tmp_path: Path) -> None:
     folder = tmp_path / "tower"
     folder.mkdir()

@@ -1,6 +1,7 @@
 """Run folders that something happened to: nothing is judged from what is no longer there, and nothing is a bug."""
 
 import json
+import math
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -114,7 +115,18 @@ def test_a_simulation_that_ended_is_kept_although_its_parent_was_killed(run: Pat
 
 
 @pytest.mark.parametrize(
-    "change", [{"time": "x"}, {"notes": [1]}, {"versions": []}, {"where": "x"}, {"recorded": {"a": 1}}]
+    "change",
+    [
+        {"time": "x"},
+        {"wall": math.nan},
+        {"notes": [1]},
+        {"lint": [1]},
+        {"timings": {"simulate": "x"}},
+        {"versions": []},
+        {"where": 5},
+        {"state": "done"},
+        {"recorded": {"a": 1}},
+    ],
 )
 def test_a_record_with_values_of_other_types_is_none(run: Path, change: dict[str, Any]):
     data = json.loads((run / "run.json").read_text())

@@ -331,6 +331,19 @@ def test_forces_and_torques_have_their_work(new_run, make_case):
     assert energy["change"] == pytest.approx(gained - sum(energy["works"]["controls"].values()))
 
 
+def test_work_on_a_body_ends_when_it_is_removed(new_run, make_case):
+    run = new_run(duration=1.0)
+    run.add_link("ball", mass=1.0, vel=(2, 0, 0))
+    run.add_link("drum", mass=1.0)
+    run.add_joint("drum", "drum", "hinge", q=2.0 * run.time, dq=2.0, force=3.0)
+    folder = run.write()
+    (folder / "states" / "removed.json").write_text('{"ball": 0.5, "drum": 0.25}')
+    push = {"kind": "force", "body": "ball", "force": [3, 0, 0]}
+    works = judge(folder, make_case(bodies=("ball", "drum"), controls={"push": push}))["energy"]["works"]
+    assert works["controls"] == {"push": pytest.approx(3 * 2 * 0.5)}
+    assert works["motors"] == {"drum": pytest.approx(3 * 2 * 0.25, rel=0.03)}
+
+
 def test_visibility_adds_up_the_copies(drop, make_case):
     folder = drop.write()
     shares = [{"t": 0.0, "shares": {"ball": 0.1, "floor": 0.5}}, {"t": 0.5, "shares": {"ball": 0.3}}]

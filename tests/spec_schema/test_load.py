@@ -158,6 +158,7 @@ def test_every_problem_at_once_each_in_its_place():
             small(top=f"render: {{lights: {{{', '.join(f'a{i}: {{kind: sun}}' for i in range(21))}}}}}"),
             "needs at most 20 entries (got 21)",
         ),
+        (small(top=MEASURES % "{kind: speed, of: []}"), "needs at least 1 entry (got 0)"),
         (
             small(top="actions: {expect: {a: {event: b, above: 1}}}"),
             "above goes with a measure; an event takes within, never",

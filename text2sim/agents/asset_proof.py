@@ -1,4 +1,4 @@
-"""Trials of bodies from asset agents before they are used: resolve, draw, move, and register them."""
+"""Trials of bodies that asset agents wrote: each is resolved, drawn, driven in the engine, and registered."""
 
 import json
 from dataclasses import dataclass
@@ -9,12 +9,12 @@ from text2sim.agents.assembly import examine, format_problem
 from text2sim.agents.replies import CasePlan
 from text2sim.assets.manifest import Asset, Control, read_manifest, register
 from text2sim.assets.safe_write import FOLDER, digest, write_asset
-from text2sim.spec_schema.errors import AssetError, MachineError
+from text2sim.compiler.lower import PLACEMENT_KEYS
+from text2sim.spec_schema.errors import AssetError, MachineError, SpecError
 from text2sim.spec_schema.text.canonical import format_text
 from text2sim.spec_schema.whole_files import write_atomically
 
 PREVIEWS = "generation/previews"
-PLACEMENT_KEYS = ("place", "pose", "repeat")
 
 
 @dataclass(frozen=True)
@@ -37,9 +37,8 @@ def try_body(name: str, body: dict[str, Any], plan: CasePlan, case: Path, prompt
         case: The case folder.
         prompt: The agent's task, which is recorded in the manifest.
     """
-    body_alone = {key: row for key, row in body.items() if key not in PLACEMENT_KEYS}
-    body_alone |= {} if body.get("kind") is None else {"pose": {"pos": [0, 0, 2]}}
-    text = format_text(json.dumps(_document(name, body_alone, plan), ensure_ascii=False))
+    placed = _without_place(body) | {"pose": {"pos": [0, 0, 2]}}
+    text = format_text(json.dumps(_document(name, placed, plan), ensure_ascii=False))
     content = format_text(json.dumps({"params": plan.params, "body": body}, ensure_ascii=False)).encode()
     assets = read_manifest(case).assets if case.is_dir() else {}
     asset_name = name if name not in assets or assets[name].source == "procedural" else f"{name[:40]}_written"
@@ -68,6 +67,10 @@ def try_body(name: str, body: dict[str, Any], plan: CasePlan, case: Path, prompt
     return proof
 
 
+def _without_place(body: dict[str, Any]) -> dict[str, Any]:
+    return {key: row for key, row in body.items() if key not in PLACEMENT_KEYS}
+
+
 def _document(name: str, body: dict[str, Any], plan: CasePlan) -> dict[str, Any]:
     scene: dict[str, Any] = {"duration": 0.3, "dt": 0.005, "statics": {"floor": {"shape": {"kind": "plane"}}}}
     return {"text2sim": 2, "name": "trial", "params": plan.params, "scene": scene, "bodies": {name: body}}
@@ -82,6 +85,8 @@ def _draw(name: str, loaded: Any, case: Path) -> str | None:
         picture = portrait(resolve_case(loaded))
     except AssetError as error:
         return str(error)
+    except SpecError as error:  # some faults of shapes show only here
+        return "; ".join(problem.message for problem in error.problems)
     folder = case / PREVIEWS
     folder.mkdir(parents=True, exist_ok=True)
     write_atomically(folder / f"{name}.png", picture)
@@ -89,13 +94,13 @@ def _draw(name: str, loaded: Any, case: Path) -> str | None:
 
 
 def _drive_joints(body: dict[str, Any], case: Path) -> Proof:
-    """Drive the motorised joints, and report those that do not respond."""
+    """Drive the joints that have motors, and report those that do not respond."""
     from text2sim.asset_intake.mechanism_check import check_mechanism
     from text2sim.asset_intake.probe import probe
 
     if body.get("kind") != "articulated":
         return Proof()
-    alone = {key: row for key, row in body.items() if key not in PLACEMENT_KEYS} | {"base": "fixed"}
+    alone = _without_place(body) | {"base": "fixed"}
     try:
         report = check_mechanism(alone, case)
     except AssetError as error:

@@ -1,4 +1,4 @@
-"""One version of a case, with the result of its run and its judgement."""
+"""Attempt: one version of a case, with the result of its run and its judgement."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from text2sim.agents.requirements import Requirement
 MAX_STALLED_ATTEMPTS = 2
 """Number of finished attempts without improvement that end the loop, once all expectations are true."""
 MAX_UNFINISHED_ATTEMPTS = 3
-"""The same for attempts in a row that did not finish, which show what cannot be run, but not that nothing is better."""
+"""The same for attempts in a row that did not finish: they show what cannot be run, not that nothing is better."""
 MAX_STALLED_REFILMS = 5
 """The same for attempts that only film a run again, which is cheap."""
 
@@ -44,7 +44,7 @@ class Attempt:
     wall: float = 0.0
     """Wall time of the run [s]; 0 without a run."""
     took: float = 0.0
-    """Wall time until the next letter [s]: of the run, its pictures, and runs without a cause; 0 without a run."""
+    """Wall time until the next prompt [s]: of the run, its pictures, and runs without a cause; 0 without a run."""
     pace: float = 0.0
     """Wall time per simulated second [s]; 0 without a run."""
     critique: dict[str, Any] | None = None
@@ -90,7 +90,7 @@ class Attempt:
         return list(dict.fromkeys([*self.problems, *rows, *(failure["what"] for failure in failures)]))
 
     def rank(self, names: Sequence[str]) -> tuple[Any, ...]:
-        """Sort key of an attempt's quality; larger is better."""
+        """Return a sort key for the quality of an attempt; larger is better."""
         critique = self.critique or {}
         passed, missed = critique.get("verdict") == "pass", len(self.missed(names))
         false = len({fact["requirement"] for fact in self.facts if fact["ok"] is False})

@@ -1,4 +1,4 @@
-"""Folder of the attempts of a loop: they are run, stored and recalled here."""
+"""Folder of the attempts of a loop, which runs, stores and recalls them."""
 
 import json
 from collections import Counter
@@ -15,7 +15,7 @@ from text2sim.agents.contract import numbered_copies
 from text2sim.agents.counterfactual import TITLE, Found, causes_text, compare_causes, untried_causes, were_tried
 from text2sim.agents.facts import compute_facts, facts_as_data
 from text2sim.agents.models.exchange import Image
-from text2sim.agents.pictures import frame_sheet
+from text2sim.agents.pictures import frame_sheet, sheet_png
 from text2sim.agents.refinement import with_finer_steps
 from text2sim.agents.replies import CasePlan
 from text2sim.agents.run_summary import citable_items, evidence_text
@@ -24,17 +24,17 @@ from text2sim.agents.trials import MAX_TRACKS, Outcome, Settings, trials_text
 from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import Problem, RunError
 from text2sim.spec_schema.loaded import LoadedCase
-from text2sim.spec_schema.whole_files import replacing, write_atomically, write_json
+from text2sim.spec_schema.whole_files import write_atomically, write_json
 
 if TYPE_CHECKING:
     from text2sim.harness.result import RunResult
     from text2sim.runtime.warm_runner import WarmRunner
 
 MAX_REPEAT_SHARE, MAX_FINER_SHARE = 0.25, 0.1
-"""Parts of the time left that a run may take to be repeated without a cause, once all expectations are true, and with
+"""Largest parts of the time left that a second run may take: without a cause, once all expectations are true, and with
 finer steps."""
 DURATION_RULE = "slow-scene"
-"""The rule that estimates the duration of a run; it is ignored once a run was timed."""
+"""The rule that estimates the duration of a run; ignored once a run was timed."""
 UNJUDGED_RULES = (DURATION_RULE, "unused-param")
 """Rules whose warnings say nothing about a run."""
 
@@ -49,7 +49,7 @@ class Attempts:
         self._asked: Counter[int] = Counter()
         self._warm: WarmRunner | None = None
         self._told: set[tuple[str, str]] = set()
-        """Intended warnings that were told with the evidence of an earlier run, by rule and path."""
+        """Rule and path of the intended warnings that stood in the evidence of an earlier run."""
 
     @property
     def runner(self) -> "WarmRunner":
@@ -96,13 +96,16 @@ class Attempts:
         return estimates[asked]
 
     def crowding(self, attempt: Attempt) -> float:
-        """Return how much longer a run takes on this machine than if it were idle; recorded as the minutes left are."""
+        """Return how much longer a run takes on this machine than if it were idle; recorded like the minutes left."""
         from text2sim.runtime.machine import crowding
 
         file = self.folder_of(attempt.number) / "crowding.json"
-        if not file.is_file():
-            write_json(file, round(crowding(), 2))
-        return float(json.loads(file.read_text("utf-8")))
+        try:
+            return float(json.loads(file.read_text("utf-8")))
+        except (OSError, ValueError, TypeError):
+            now = round(crowding(), 2)
+            write_json(file, now)
+            return now
 
     def too_late(self, attempt: Attempt, now: float | None, reserve: float = 0.0) -> bool:
         """Whether the time left is less than half of the wall time of an attempt's run, or than a reserve.
@@ -139,7 +142,7 @@ class Attempts:
             found = {name: data[name] for name in names} | {"coarse_text": coarse, "text": text}
             if not all((folder / name).is_file() for name in found["pictures"]):
                 return False
-        except (OSError, ValueError, KeyError, TypeError):
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
             return False
         vars(attempt).update(found)  # all or nothing: what is not recalled is run again from the text as it was
         return True
@@ -159,7 +162,7 @@ class Attempts:
         patience: float = inf,
         finer_within: float = 0.0,
     ) -> None:
-        """Simulate an attempt, again with finer steps if bodies sink into each other, and record its evidence.
+        """Simulate an attempt, repeat it with finer steps if bodies sink into each other, and record its evidence.
 
         Args:
             attempt: The attempt; updated with the result, and with the finer steps.
@@ -214,7 +217,7 @@ class Attempts:
         """Repeat a run with finer steps if bodies sank into each other and that takes less than `within` [s].
 
         Returns:
-            Check and result of the finer one if it finished, or else of the first; the attempt gets its text.
+            Check and result of the finer run if it finished, whose text the attempt gets; otherwise of the first run.
         """
         assert examined.loaded is not None
         text, factor = with_finer_steps(attempt.text, examined.loaded, result.evidence or {})
@@ -274,8 +277,8 @@ class Attempts:
     ) -> None:
         """Rerun a successful attempt without each of its causes, and add the effects to its evidence.
 
-        If an earlier attempt has the same run, which is then only filmed or judged again, so are the runs without the
-        causes, whatever time is left: expectations may have changed.
+        If an earlier attempt has the same run and the same causes, the runs without them exist as well: they are only
+        judged again, whatever time is left, because expectations may have changed.
 
         Args:
             attempt: The attempt; the effects are added to it and stored.
@@ -283,7 +286,7 @@ class Attempts:
             timeout: Limit of each run [s].
             on_progress: Callback for the progress of each run.
             now: Minutes left by the clock; None without a limit.
-            earlier: The attempts before; the slowest of their runs tells how long a run takes.
+            earlier: The attempts before; the slowest of all runs predicts how long another takes.
 
         Raises:
             KeyboardInterrupt: If the user stopped one of these runs.
@@ -354,8 +357,7 @@ class Attempts:
             return [], 0, ""
         folder = self.folder_of(attempt.number)
         folder.mkdir(parents=True, exist_ok=True)
-        with replacing(folder / "frames.png") as part:
-            sheet.save(part, "PNG", optimize=True)
+        write_atomically(folder / "frames.png", sheet_png(sheet))
         return ["frames.png"], count, note
 
     def publish(self, attempt: Attempt) -> None:
@@ -367,9 +369,9 @@ class Attempts:
 def _further_evidence(
     result: "RunResult", examined: Examination, loaded: LoadedCase, told: Collection[tuple[str, str]]
 ) -> Iterator[str]:
-    """Yield what is told besides the summary of a run: tracks, derived settings, warnings, and who is to blame.
+    """Yield what is told besides the summary of a run: tracks, derived settings, warnings, and what is to blame.
 
-    Of intended warnings those that were told before are left out.
+    Intended warnings that were told before are left out.
     """
     if result.evidence is not None and (tracks := tracks_text(result.folder, loaded.case, result.evidence["events"])):
         yield tracks

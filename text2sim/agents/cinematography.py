@@ -5,7 +5,6 @@ start, the events and the end, and nothing else. The best treatment is refined w
 until it is good enough or the rounds are used up.
 """
 
-import io
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -21,7 +20,7 @@ from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed_
 from text2sim.agents.frame_choice import EVEN_STILLS, MAX_EVENT_STILLS, choose_stills
 from text2sim.agents.journal import Emit
 from text2sim.agents.models.exchange import Image, StoppedError
-from text2sim.agents.pictures import moments_of
+from text2sim.agents.pictures import moments_of, sheet_png
 from text2sim.agents.replies import Answer, Line, Name
 from text2sim.agents.restyling import TouchesPhysics, restyle
 from text2sim.agents.revising import data_of
@@ -37,7 +36,7 @@ from text2sim.spec_schema.loaded import LoadedCase
 GOOD_ENOUGH_MARK, EXCELLENT_MARK = 85.0, 90.0
 """Total marks (0 to 100): from the first, only one more treatment is tried; from the second, none."""
 MAX_ROUNDS = 3
-"""Number of rounds of proposals and judgements."""
+"""Largest number of rounds of proposals and judgements."""
 FIRST_PROPOSALS = 2
 """Treatments that the Render Writer proposes in the first round; later rounds have one."""
 STILL_WIDTH = 480
@@ -152,7 +151,7 @@ class Cinematography:
     # --- proposals ------------------------------------------------------------------------------------------------
 
     def composed(self, text: str, name: str = "as_it_is") -> str:
-        """The case with cameras that cut off less, and less rest at both ends; unchanged if nothing can be gained.
+        """Return the case with cameras that cut off less, and less rest at both ends; unchanged if nothing improves.
 
         Args:
             text: The case.
@@ -165,7 +164,7 @@ class Cinematography:
             said = f"{loaded.case.prompt or ''} {self._request}"
             patch = composed(_recording(self._run, loaded), data_of(text).get("render") or {}, said)
             corrected = restyle(text, patch, self._path) if patch else text
-        except (Text2SimError, PatchError) as error:
+        except Text2SimError as error:
             self._emit("treatments_failed", why=f"composition: {error}")
             return text
         self._corrected += [f"{name}: {row['path']} is {row['value']}" for row in patch if "value" in row]
@@ -232,7 +231,7 @@ class Cinematography:
             return None
 
     def _judge_all(self, written: Mapping[str, str]) -> None:
-        """Have treatments judged, each on its own; one is judged while the stills of the next are traced."""
+        """Have each treatment judged by itself, while the stills of the next are traced."""
         with ThreadPoolExecutor() as pool:
             asked = [
                 pool.submit(self._judge_still, name, text, sheet, self._chat.reserve("viewer"))
@@ -241,7 +240,7 @@ class Cinematography:
             ]
         self._tried += [one.result() for one in asked if one.exception() is None]
         for one in asked:
-            one.result()  # raises what one of them failed of
+            one.result()  # raises the error of the first that failed
 
     def _judge_still(
         self, name: str, text: str, sheet: tuple[bytes, int], number: int | None = None
@@ -261,7 +260,7 @@ class Cinematography:
 def best_treatment(
     cinematography: Cinematography, text: str, refilm: Callable[[LoadedCase], None], path: Path, emit: Emit
 ) -> str:
-    """Return the case with its best treatment; without a judge, with what is corrected without one.
+    """Return the case with its best treatment; if no judge accepts pictures, with what the program corrects by itself.
 
     Args:
         cinematography: The search.
@@ -312,9 +311,7 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
         ("film", f"{number}: {frame.k / filming.fps:.2f} s", Pictures.fromarray(picture))
         for number, (frame, picture) in enumerate(zip(few.frames, filming.pictures(few, paths), strict=True), 1)
     ]
-    sheet = io.BytesIO()
-    contact_sheet(thumbnails, width=STILL_WIDTH, columns=2).save(sheet, "png", optimize=True)
-    return sheet.getvalue(), len(thumbnails)
+    return sheet_png(contact_sheet(thumbnails, width=STILL_WIDTH, columns=2)), len(thumbnails)
 
 
 def recorded_text(recording: Any) -> str:
@@ -342,7 +339,7 @@ def _light_row(name: str, light: Mapping[str, Any]) -> str:
 
 
 def _box(points: Any) -> str:
-    """Bounding box of points, from corner to corner: x, y, z [m]."""
+    """Describe the bounding box of points by its lowest and highest corner [m]."""
     import numpy as np
 
     known = points[np.isfinite(points).all(axis=1)]

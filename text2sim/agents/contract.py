@@ -36,7 +36,7 @@ class Contract:
 
     @classmethod
     def of(cls, loaded: LoadedCase, names: Iterable[str], planned: Iterable[str] = ()) -> "Contract":
-        """Extract the named expectations of a case and everything that they depend on.
+        """Return the contract of a case: the named expectations and everything that they depend on.
 
         Args:
             loaded: The case.
@@ -96,10 +96,10 @@ def numbered_copies(name: str, known: Iterable[str]) -> list[str]:
 
 
 def weakened_bounds(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
-    """Describe how restated expectations are weaker, as far as their bounds alone show it.
+    """Describe how restated expectations are weaker than before, as far as their bounds alone show it.
 
     Args:
-        old: Expectations as they are, by name.
+        old: The expectations before, by name.
         new: The restated ones.
     """
     found = []
@@ -128,9 +128,9 @@ def weakened_bounds(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[st
 
 
 def _wider(before: Data, row: Data) -> Iterator[str]:
-    """Describe tolerances and counts that are wider, of the same event, or statistic of the same measure.
+    """Describe what is wider in an expectation about the same event or measure: its tolerance or its count.
 
-    A count of the same width elsewhere is no weaker, and windows may move and grow: the Planner makes up times.
+    A range of counts that moves without growing is no weaker. Windows may move and grow: the Planner guesses times.
     """
     percent = f"{MAX_RELAXATION:.0%}"
     old, new = before.get("tolerance"), row.get("tolerance")

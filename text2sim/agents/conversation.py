@@ -28,7 +28,7 @@ MAX_PAGE_REQUESTS = 2
 MAX_REQUESTED_PAGES = 20
 """Largest number of pages in one request."""
 MAX_QUOTED_ANSWER = 40_000
-"""Characters of a refused answer that are sent back with its faults, to be sent again: a mechanism takes 27,000."""
+"""Characters of a refused answer that are sent back with its faults: a mechanism takes 27,000."""
 MAX_LISTED_FAULTS = 12
 """Largest number of faults that are sent back."""
 CHANGES_KEY = "changes"
@@ -98,7 +98,7 @@ class Conversation:
 
     @contextmanager
     def overtime(self, minutes: float) -> Iterator[None]:
-        """Allow questions until so many minutes beyond the limit of time."""
+        """Allow questions for so many minutes beyond the limit of time."""
         self._overtime = minutes
         try:
             yield
@@ -176,7 +176,7 @@ class Conversation:
                 endpoint.close(ending)
 
     def reserve(self, role: str) -> int:
-        """Return the next number of a role's calls, so that those asked at the same time are numbered in order."""
+        """Return the next number of a role's calls, so that concurrent ones are numbered in order."""
         with self._lock:
             self._numbers[role] += 1
             return self._numbers[role]

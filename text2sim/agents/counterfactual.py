@@ -3,7 +3,7 @@
 import copy
 import json
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,14 +34,14 @@ _NUMBER = re.compile(r"_(\d+|\$\{.*\})$")
 def case_without(case: Data, names: Collection[str], times: Mapping[str, float | None] | None = None) -> Data:
     """Return a case without its film, and without the named bodies, statics and controls and all references to them.
 
-    A drive to a position or velocity does not go, for a motor without a drive gives no force: it never begins, so the
-    joint is held where it starts. An expectation that counts from (`on`) an event of these counts from the time of
-    that event instead.
+    A drive to a position or velocity is not left out, because a motor without a drive gives no force; it never begins,
+    so that the joint is held where it starts. An expectation that counts from (`on`) an event that is left out counts
+    from the time of that event instead.
 
     Args:
         case: The case.
         names: Bodies, statics and controls.
-        times: First time of each event [s] in the run with them, None if it did not happen; the start if not given.
+        times: First time of each event [s] in the run of the whole case, None if it did not happen; 0 if not given.
     """
     left = {key: row for key, row in copy.deepcopy(case).items() if key not in ("render", "variants", "sweeps")}
     scene, actions = left.get("scene") or {}, left.get("actions") or {}
@@ -59,8 +59,8 @@ def case_without(case: Data, names: Collection[str], times: Mapping[str, float |
     pairs = (scene.get("contact") or {}).get("pairs") or {}
     for name in [name for name, row in pairs.items() if _refers(row, gone)]:
         del pairs[name]
-    for row in (actions.get("controls") or {}).values():
-        body = row.get("body")  # a list of an airflow, which blows on those that are left
+    for row in controls.values():
+        body = row.get("body")  # an airflow has a list, and blows on those that are left
         if isinstance(body, list) and (others := [one for one in body if not _refers(one, gone)]):
             row["body"] = others
     while lost := [
@@ -106,13 +106,13 @@ def _later(value: Any, time: float) -> Any:
 
 
 def _waits_in_vain(row: Mapping[str, Any], actions: Mapping[str, Any]) -> bool:
-    """Whether an entry is the event of a release that no control makes any more."""
+    """Whether an entry is the event of a release for which no control is left."""
     releases = [one for one in (actions.get("controls") or {}).values() if one.get("kind") == "release"]
     return row.get("kind") == "released" and all(one.get("attach") != row.get("attach") for one in releases)
 
 
 def _refers(row: Any, names: Collection[str]) -> bool:
-    """Whether an entry refers to one of these names, `hold_*` being all that a `repeat` makes of `hold`."""
+    """Whether an entry refers to one of these names; `hold_*` stands for all that a `repeat` makes of `hold`."""
     if isinstance(row, str):
         return body_of(row) in names or _NUMBER.sub("_*", row) in names
     if isinstance(row, Mapping):
@@ -121,7 +121,7 @@ def _refers(row: Any, names: Collection[str]) -> bool:
 
 
 def cause_faults(case: Data, plan: CasePlan) -> list[str]:
-    """Describe the claims whose effect is about the cause itself, so that a run without it shows nothing.
+    """Describe the claims whose effects all depend on the cause itself, so that a run without it shows nothing.
 
     Args:
         case: The case, or one of stand-ins; `release` controls that it does not have yet are assumed.
@@ -146,7 +146,7 @@ def cause_faults(case: Data, plan: CasePlan) -> list[str]:
 
 
 def _effects(plan: CasePlan, requirement: str, left: Data) -> list[str]:
-    """Names of the effect's expectations in a case that was left without its cause."""
+    """Return the names of the effect's expectations that a case without its cause still has."""
     expected = (left.get("actions") or {}).get("expect") or {}
     # An expectation in `keeps` holds from the start, so it is not an effect.
     return [name for name in plan.meets.get(requirement, ()) if name in expected and name not in plan.keeps]
@@ -198,16 +198,22 @@ def compare_causes(
                     runs[causes] = error
             if isinstance(made := runs[causes], RunError):
                 facts.append(Fact(requirement, None, f"{description} the run failed: {made}"))
-                continue
-            state, found = made
-            for name in (one for written in effects for one in numbered_copies(written, found)):
-                row = found.get(name, {})
-                came = row.get("ok") if state == "finished" else None
-                why = row.get("why") if came in CAUSE_VERDICTS else f"the run ended as: {state}"
-                ok = None if came is None else not came
-                told = f"{description} `{name}` {CAUSE_VERDICTS.get(came, 'could not be told')} ({why})"
-                facts.append(Fact(requirement, ok, told, without=tuple(names) if state == "finished" else ()))
+            else:
+                facts += _compared(requirement, names, description, effects, *made)
     return facts
+
+
+def _compared(
+    requirement: str, causes: Sequence[str], description: str, effects: Sequence[str], state: str, found: Found
+) -> Iterator[Fact]:
+    """Yield a fact for each expectation of an effect, from the run without its causes."""
+    for name in (one for written in effects for one in numbered_copies(written, found)):
+        row = found.get(name, {})
+        came = row.get("ok") if state == "finished" else None
+        why = row.get("why") if came in CAUSE_VERDICTS else f"the run ended as: {state}"
+        told = f"{description} `{name}` {CAUSE_VERDICTS.get(came, 'could not be told')} ({why})"
+        ok = None if came is None else not came
+        yield Fact(requirement, ok, told, without=tuple(causes) if state == "finished" else ())
 
 
 def _first_times(run: Path) -> dict[str, float | None]:
@@ -228,7 +234,7 @@ def were_tried(facts: Iterable[Mapping[str, Any]], plan: CasePlan) -> bool:
 
 
 def untried_causes(plan: CasePlan, seconds: float) -> Fact:
-    """Return what is told of causes where a further run, of `seconds`, takes too long."""
+    """Return the fact that is told of all causes if a further run, of `seconds`, would take too long."""
     note = f"the case was not run without its causes, since a run takes {seconds / 60:.0f} min: judge by the pictures"
     return Fact(next(iter(plan.causes)), None, note)
 

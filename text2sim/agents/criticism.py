@@ -13,8 +13,8 @@ from text2sim.agents.facts import Fact
 from text2sim.agents.judgement import Amendment, Critique, Failure, Patch
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.planning import Request
-from text2sim.agents.replies import CasePlan, Decision, Where
-from text2sim.agents.requirements import requirement_rows, weighted_score
+from text2sim.agents.replies import MAX_LINE_LENGTH, CasePlan, Decision, Where
+from text2sim.agents.requirements import requirement_row, weighted_score
 from text2sim.agents.restyling import restyle
 from text2sim.agents.revising import most_that_hold, params_used, revised, with_patches_together
 from text2sim.agents.roles import ROLES, render, system_prompt
@@ -48,7 +48,7 @@ class Exhibit:
     before: str = ""
     """Earlier attempts and their judgements."""
     finished: bool = True
-    """Whether the run came to its end. If not, what it did not reach is not one more failure."""
+    """Whether the run finished. If not, an expectation that it did not reach is no further failure."""
 
 
 def criticise(
@@ -103,18 +103,19 @@ def criticise(
     if wrong := _faults(critique, request, exhibit, contract, path):
         critique = _amended(chat, system, critique, wrong, exhibit)
     critique = _settled(_by_the_facts(critique, exhibit.facts), request, exhibit, contract, path)
-    if plan.cannot:  # what is impossible counts in the score, and for nothing else
+    if plan.cannot:  # impossible requirements count in the score alone
         marks = {name: row.mark for name, row in critique.requirements.items()}
         critique = critique.model_copy(update={"score": weighted_score(wished, marks)})
     return critique
 
 
 def _requirements_text(request: Request, plan: CasePlan, facts: Sequence[Fact]) -> str:
-    """The requirements, each with the expectations that fail without it and its computed facts."""
+    """List the requirements, each with the expectations that fail without it and its computed facts."""
     lines = []
-    for line, name in zip(requirement_rows(request.requirements).splitlines(), request.requirements, strict=True):
+    for name, requirement in request.requirements.items():
         names = plan.meets.get(name)
-        lines.append(line + (f" [{', '.join(f'expect:{one}' for one in names)}]" if names else ""))
+        bound = f" [{', '.join(f'expect:{one}' for one in names)}]" if names else ""
+        lines.append(requirement_row(name, requirement) + bound)
         if name in plan.cannot:
             lines.append(f"  - cannot be built: {plan.cannot[name]}. Not needed, and no failure; mark what there is")
         lines += [f"  - fact, {fact}" for fact in facts if fact.requirement == name]
@@ -122,7 +123,7 @@ def _requirements_text(request: Request, plan: CasePlan, facts: Sequence[Fact]) 
 
 
 def _patch_faults(patch: Patch, case: str, contract: Contract, path: Path) -> list[str]:
-    """Reasons why a patch cannot be applied to a case; empty if it can."""
+    """Return the reasons why a patch cannot be applied to a case; empty if it can."""
     try:
         revision = revised(case, path, patch.operations, patch.section)  # type: ignore[arg-type]
     except PatchError as error:
@@ -148,7 +149,7 @@ def _faults(critique: Critique, request: Request, exhibit: Exhibit, contract: Co
 
 
 def _faults_by_patch(critique: Critique, exhibit: Exhibit, contract: Contract, path: Path) -> list[list[str]]:
-    """Reasons why each patch cannot be applied; none for those that give a valid case together."""
+    """Return for each patch why it cannot be applied; empty for those that together give a valid case."""
     if not exhibit.case:  # a judgement of looks needs no patches
         return []
     rows = [patch.model_dump(mode="json") for patch in critique.patches]
@@ -180,13 +181,13 @@ def _amended(chat: Conversation, system: str, critique: Critique, wrong: Sequenc
 
 
 def _short_of(critique: Critique, request: Request) -> list[str]:
-    """Names of the requirements that are marked as not met."""
+    """Return the names of the requirements that are marked as not met."""
     known = request.requirements
     return [name for name, row in critique.requirements.items() if name in known and row.mark < known[name].needed]
 
 
 def _by_the_facts(critique: Critique, facts: Sequence[Fact]) -> Critique:
-    """A copy of a judgement in which requirements contradicted by a fact are not met."""
+    """Return a judgement in which requirements that a fact contradicts are at most half met."""
     against = {fact.requirement: fact.told for fact in facts if fact.ok is False}
     marks = {
         name: row.model_copy(update={"mark": 0.5, "why": against[name]}) if name in against and row.mark == 1 else row
@@ -196,7 +197,7 @@ def _by_the_facts(critique: Critique, facts: Sequence[Fact]) -> Critique:
 
 
 def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: Contract, path: Path) -> Critique:
-    """A judgement without its unusable parts, with its score; it passes only if all requirements are met."""
+    """Return a judgement without its unusable parts, with its score; it passes only if all requirements are met."""
     patches, refused = [], [*critique.refused] if exhibit.case else []
     for patch, faults in zip(critique.patches, _faults_by_patch(critique, exhibit, contract, path), strict=False):
         if faults:
@@ -221,11 +222,12 @@ def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: C
         if name not in failure_text and not set(row.cites) & cited:
             half = "only half met" if row.mark else "not met"
             what = f"{half}: {request.requirements[name].what}{f' ({row.why})' if row.why else ''}"
-            failures.append(Failure(what=what, cites=_known_cites(row.cites, exhibit) or ["run"], section=patched))
+            cites = _known_cites(row.cites, exhibit) or ["run"]
+            failures.append(Failure(what=what[:MAX_LINE_LENGTH], cites=cites, section=patched))
     for name in request.requirements:
         if name not in critique.requirements:
             what = f"not marked: {request.requirements[name].what}"
-            failures.append(Failure(what=what, cites=["run"], section=section))
+            failures.append(Failure(what=what[:MAX_LINE_LENGTH], cites=["run"], section=section))
     marks = {name: row.mark for name, row in critique.requirements.items()}
     whole = all(marks.get(name, 0.0) >= one.needed for name, one in request.requirements.items())
     passed = critique.verdict == "pass" and not exhibit.missed and whole
@@ -237,9 +239,9 @@ def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: C
 
 
 def decision_to_film(critique: Mapping[str, Any] | None, case: str, path: Path) -> Decision | None:
-    """Return the decision to take all patches of a critique if they change film and looks alone; None for any other.
+    """Return the decision to take all patches of a critique if they change only film and looks; otherwise None.
 
-    To film a recorded run again is cheap, so the Planner is not asked.
+    The Planner is not asked, because it is cheap to film a recorded run again.
 
     Args:
         critique: A `Critique` of a run in which all expectations are true; None if there is none.

@@ -112,7 +112,7 @@ def _misrouted(decision: Decision, plan: CasePlan) -> list[str]:
 
 
 def _cause_faults(decision: Decision, agreement: Agreement, case: str) -> list[str]:
-    """Faults of the claims of causes that a decision makes or changes."""
+    """Describe faults of the claims about causes that a decision makes or changes."""
     assert decision.plan is not None
     try:
         text, plan = agreement.changed(case, decision)
@@ -135,7 +135,7 @@ def _waiver_faults(decision: Decision, report: AttemptReport) -> list[str]:
 
 
 def _trial_faults(decision: Decision, case: str, patches: Sequence[Any], path: Path, allowed: int) -> list[str]:
-    """Faults of a decision to run trials first."""
+    """Describe faults of a decision to run trials first."""
     if not allowed:
         return ["/action: no trials now, there were some already or time is short: repair"]
     rest = sorted(decision.model_fields_set - {"action", "why", "trials", "take", "back_to"})
@@ -160,13 +160,13 @@ def foreign_operations(operations: Sequence[Mapping[str, Any]]) -> list[str]:
         f"/patch/{k}: `{place}` is a Writer's: route it; your patch is for "
         f"{', '.join(f'/{part}' for part in PLANNER_PARTS)}"
         for k, row in enumerate(operations)
-        for place in dict.fromkeys((row.get("path"), row.get("from", row.get("path"))))
-        if str(place).split("/")[1:2] in ([], [""], *([section] for section in SECTIONS))
+        for place in dict.fromkeys(str(row.get(member, row.get("path"))) for member in ("path", "from"))
+        if place.split("/")[1:2] in ([], [""], *([section] for section in SECTIONS))
     ]
 
 
 def _check_faults(decision: Decision, agreement: Agreement) -> list[str]:
-    """Faults of restated or new expectations."""
+    """Describe faults of restated or new expectations, and of other changes of the plan."""
     wrong, plan = [], agreement.plan
     if decision.restate is not None:
         checks = decision.restate.checks
@@ -205,10 +205,9 @@ def _check_faults(decision: Decision, agreement: Agreement) -> list[str]:
 def _problems_introduced(
     decision: Decision, agreement: Agreement, case: str, path: Path, taken: Sequence[Mapping[str, Any]]
 ) -> list[str]:
-    """Problems that a decision would introduce and that no Writer could fix.
+    """Describe the problems that a decision would introduce and that no Writer could fix.
 
-    The Critic's patches that the decision takes are applied, too: a new expectation may need a duration that one of
-    them sets.
+    The patches that the decision takes are applied first: a new expectation may need a duration that one of them sets.
     """
     try:
         text, plan = agreement.changed(case, decision)

@@ -89,13 +89,14 @@ class TriedAttempt:
 
 
 def attempts_of(case: Path) -> dict[int, TriedAttempt]:
-    """Return the attempts in a case folder, by number."""
+    """Return the attempts in a case folder, by number; those with damaged files are left out."""
     found = {}
     for folder in sorted((case / "generation" / "attempts").glob("[0-9][0-9]*")):
         try:
             record = json.loads((folder / "attempt.json").read_text("utf-8"))
             attempt = TriedAttempt(int(folder.name), (folder / "case.yaml").read_text("utf-8"), record)
-        except (OSError, ValueError, KeyError):
+            _attempt_text(attempt, attempt)  # fails if a field that is needed is missing
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
             continue
         found[attempt.number] = attempt
     return found
@@ -160,9 +161,10 @@ def draft_card(proposal: CardProposal, attempts: Mapping[int, TriedAttempt]) -> 
     Raises:
         Wrong: If the proposal is not a valid card.
     """
-    failed, passed = attempts.get(proposal.failing), attempts.get(proposal.repaired or 0)
-    names = f"{proposal.failing} and {proposal.repaired}" if proposal.repaired else str(proposal.failing)
-    where = f"card of attempt{'s' if proposal.repaired else ''} {names}"
+    failed, passed, where = attempts.get(proposal.failing), None, f"card of attempt {proposal.failing}"
+    if proposal.repaired is not None:  # it may be 0, the case as it was
+        passed = attempts.get(proposal.repaired)
+        where = f"card of attempts {proposal.failing} and {proposal.repaired}"
     patched = bool(proposal.expect or proposal.repair)
     if failed is None or (passed is None and proposal.repaired is not None):
         raise Wrong([f"{where}: there are attempts {', '.join(map(str, attempts))}"])
@@ -210,7 +212,7 @@ def attempts_text(attempts: Mapping[int, TriedAttempt]) -> str:
 def _attempt_text(attempt: TriedAttempt, previous: TriedAttempt | None) -> str:
     record = attempt.record
     parts = [f"# Attempt {attempt.number}: {record['cause']}", f"Outcome: {attempt.outcome or record['state']}"]
-    if previous is None:
+    if previous is None or not record["changes"]:  # those of the first attempt at an existing case are not recorded
         parts.append(f"```yaml\n{attempt.text.strip()}\n```")
     else:
         parts.append("Changed since the one before:\n" + "\n".join(f"- {line}" for line in record["changes"]))

@@ -31,7 +31,7 @@ def drawn_colors(copy: Any, part: str | None) -> list[tuple[float, ...]]:
 
 
 def _looks_of_part(model: Any, part: str, body: str) -> list[Any]:
-    """Return the looks of what a part or link is made of; what has none of its own takes that of what it belongs to."""
+    """Return the looks of the pieces of a part or link; a piece without one takes the part's, or else the body's."""
     named = {
         **(getattr(getattr(model, "shape", None), "parts", None) or {}),
         **(getattr(model, "links", None) or {}),

@@ -90,7 +90,7 @@ def _kind(row: object) -> str:
 
 
 def _present_state(loop: AgentLoop, text: str, run_first: bool) -> tuple[str, list[str]]:
-    """Evidence of the unchanged case, or the reasons why it cannot be run."""
+    """Return the evidence of the unchanged case, or the reasons why it cannot be run."""
     examined = examine(text, loop.path)
     if examined.errors:
         return "", [format_problem(problem) for problem in examined.errors]
@@ -112,7 +112,7 @@ def _opened(loop: AgentLoop, text: str, opening: Opening) -> str:
     expect = {name: row for name, row in checks.expect.items() if name not in opening.drop} | opening.checks.expect
     merged = Fragments(
         measures=checks.measures | opening.checks.measures, events=checks.events | opening.checks.events, expect=expect
-    )  # fmt: skip
+    )
     for part in ("measures", "events"):
         given, present = getattr(opening.checks, part), getattr(checks, part)
         for name in sorted(n for n in given.keys() & present.keys() if not same(given[n], present[n])):

@@ -363,17 +363,18 @@ _FACT_FUNCTIONS: Mapping[str, Callable[[Claim, JudgedRun], FactAnswer]] = {
 def _motion(
     recording: "RecordedCase", target: "RecordedTarget", at: float
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Largest displacement [m] and rotation [deg] of a target, before a time [s] and after it."""
+    """Return the largest displacement [m] and rotation [deg] of a target, before a time [s] and after it."""
     states = recording.states
     places = recording.origin(target)
     if len(target.links) > 1 and (masses := recording.masses[list(target.links)]).sum() > 0:
         centers = recording.centers(np.array(target.links))
         places = np.einsum("fni,n->fi", centers, masses / masses.sum())
     turns = states.quat[:, target.root].astype(float) if target.soft is None else None
-    split = min(int(np.searchsorted(states.time, at, "right")) - 1, states.frames - 1) if states.frames else 0
+    there = max(int((~recording.gone(target.copy)).sum()), 1)  # frames until it was removed
+    split = min(int(np.searchsorted(states.time, at, "right")) - 1, there - 1)
     spans = []
     # At the recorded time of a touch, its impulse has acted already, so the span after it begins one frame earlier.
-    for rows in (slice(0, max(split, 1)), slice(max(split - 1, 0), None)):
+    for rows in (slice(0, max(split, 1)), slice(max(split - 1, 0), there)):
         distance = float(np.linalg.norm(places[rows] - places[rows][0], axis=1).max())
         turn = 0.0
         if turns is not None:

@@ -10,13 +10,13 @@ from text2sim.agents.attempts import Attempts
 from text2sim.agents.loop_result import LoopLimits
 
 FIRST_RUN_SHARES = (0.45, 0.6)
-"""Largest part of the time left that a run may be expected to take while none has ended by itself, first and after one
-that was too slow: otherwise the only run would be the last, too."""
+"""Largest part of the time left that a run may be expected to take as long as none has finished: the first run, and one
+after a first that was too slow. With more, no time would be left for another run."""
 LATER_RUN_SHARE = 4 / 3
-"""The same for any other run: the estimate is about a third off, and a run that plainly does not end in time shows
-nothing that a coarser one would not show."""
+"""The same for any other run. It is above 1 because the estimate is about a third off; a run that clearly does not end
+in time shows nothing that a coarser one would not show."""
 RECENT_RUNS = 3
-"""Number of the latest attempts whose longest says what the next will take."""
+"""Number of the latest attempts; the longest of them predicts how long the next takes."""
 
 
 class History:
@@ -44,7 +44,7 @@ class History:
 
     @property
     def timed(self) -> bool:
-        """Whether a run was timed, so that estimates of its duration are of no more use."""
+        """Whether a run was timed, so that estimates of its duration are no longer needed."""
         return any(one.pace for one in self.made)
 
     def patience(self) -> float:
@@ -77,7 +77,7 @@ class History:
         return self.time_left()[0]
 
     def time_left(self) -> tuple[str, float | None]:
-        """Return that sentence, and the minutes left in it; None without a limit."""
+        """Return the sentence of `left`, and the minutes that it names; None without a limit."""
         attempt = self.made[-1] if self.made else Attempt(0, "", "before the first")
         minutes = self.attempts.minutes_left(attempt, self.limits.minutes_left())
         words = [f"{self.limits.attempts - attempt.number} of {self.limits.attempts} attempts are left"]

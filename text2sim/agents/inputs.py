@@ -59,7 +59,7 @@ def add_inputs(case: Path, files: Sequence[Path], licence: str) -> list[str]:
 
 
 def probe_joints(case: Path, names: Sequence[str], emit: Emit) -> None:
-    """Drive each joint of the mechanisms a little in the engine and record the responses, unless that was done before.
+    """Drive each joint of the mechanisms a little in the engine and record its response, unless that is known.
 
     Args:
         case: The case folder.
@@ -81,8 +81,8 @@ def probe_joints(case: Path, names: Sequence[str], emit: Emit) -> None:
             register(case, name, asset.model_copy(update={"notes": (*asset.notes, f"not probed: {error}")}))
             continue
         lent = tuple(f"`{joint}` has no motor; the actuator beside it is a proposal" for joint in found.given)
-        dull = tuple(f"`{joint}` did not answer the probe" for joint, one in found.joints.items() if not one.answers)
-        notes = (*asset.notes, *lent, *dull)
+        stuck = tuple(f"`{joint}` did not answer the probe" for joint, one in found.joints.items() if not one.answers)
+        notes = (*asset.notes, *lent, *stuck)
         register(case, name, asset.model_copy(update={"control": dict(found.control), "notes": notes}))
 
 
@@ -151,14 +151,14 @@ def describe_joint(name: str, one: Control) -> str:
 
 
 def _existing_names(case: Path) -> list[str]:
-    """Names of the case's existing assets, which are never replaced."""
+    """Return the names of the case's existing assets, which are never replaced."""
     folder = case / FOLDER
     lying = [path.stem for path in folder.iterdir()] if folder.is_dir() else []
     return [*read_manifest(case).assets, *lying]
 
 
 def _name(file: Path, taken: Sequence[str]) -> str:
-    """An asset name for a file: its stem in allowed characters, numbered if taken."""
+    """Return an asset name for a file: its stem in allowed characters, numbered if taken."""
     word = re.sub(r"\W+", "_", file.stem, flags=re.ASCII).strip("_") or "input"
     word = (word if word[0].isalpha() else f"input_{word}")[:40]
     names = [word, *(f"{word}_{k}" for k in range(2, len(taken) + 3))]

@@ -50,9 +50,8 @@ def _lines(file: Path) -> list[str]:
         text = file.read_text("utf-8", "replace")
     except OSError:
         return []
-    rows = text.splitlines(keepends=True)
-    if rows and not rows[-1].endswith("\n"):
+    *rows, rest = text.split("\n")  # `splitlines` also splits at line separators within a text
+    if rest:
         # The process was killed while writing a line. Drop it: its event will be repeated.
-        write_atomically(file, "".join(rows[:-1]))
-        rows = rows[:-1]
-    return [row.rstrip("\n") for row in rows]
+        write_atomically(file, text.removesuffix(rest))
+    return rows

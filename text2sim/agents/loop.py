@@ -31,15 +31,15 @@ from text2sim.agents.revising import change_lines
 from text2sim.agents.writer_team import Workshop
 
 STYLE_MINUTES = 4.0
-"""Minutes that are kept for the search for the best film once all expectations are true."""
+"""Minutes that are reserved for the search for the best film once all expectations are true."""
 JUDGING_OVERTIME = 5.0
-"""Minutes after the end of the time within which the last run is still judged, if all expectations are true."""
+"""Minutes beyond the limit of time within which the last run is still judged, if all expectations are true."""
 MAX_UNASKED_SHARE = 0.25
 """Largest estimated share of the time left for a first run about which the Planner is not asked."""
 UNLIMITED_MINUTES = 60.0
-"""Minutes of which a run with finer steps may take a part where there is no limit."""
+"""Minutes that count as left if there is no limit, for a run with finer steps."""
 UNASKED_MINUTES = 5.0
-"""Minutes left below which a first run is not put off by a question: what ran can be judged and filmed."""
+"""Minutes left below which no question delays a first run: what ran can be judged and filmed."""
 
 
 class AgentLoop:
@@ -71,7 +71,7 @@ class AgentLoop:
         self.prewarm = False
         """Whether the engine starts while the Writers still write."""
         self._faithful: list[str] = []
-        """Restatements that the Critic was told of and did not call unfaithful."""
+        """Restated expectations that the Critic was told of and did not call unfaithful."""
         self._known_doubts: set[tuple[str, str]] = set()
         """Doubts that the Planner was asked about, by kind and name."""
 
@@ -156,7 +156,7 @@ class AgentLoop:
                 cause = f"attempt {decision.back_to} again, changed: {cause}"
 
     def _ended_with(self, attempt: Attempt) -> LoopOutcome | None:
-        """Return the outcome if the loop ends with an attempt, after filming the best one well; None if it goes on."""
+        """Return the outcome if the loop ends with this attempt, after the search for the best film; None otherwise."""
         if attempt.accepted:
             self._choose_film(attempt)
             came_true = "the Critic passed it and everything expected came true"
@@ -200,8 +200,8 @@ class AgentLoop:
         return plan
 
     def _emit_plan(self, plan: CasePlan) -> None:
-        opening_facts = {"possible": plan.possible, "why": plan.why, "assumptions": plan.assumptions, "says": plan.says}
-        self.emit("planned", goal=plan.event, **opening_facts)
+        about = {"possible": plan.possible, "why": plan.why, "assumptions": plan.assumptions, "says": plan.says}
+        self.emit("planned", goal=plan.event, **about)
 
     # --- first version ----------------------------------------------------------------------------------------
 
@@ -261,7 +261,7 @@ class AgentLoop:
         return report
 
     def _simulate(self, attempt: Attempt, examined: Examination) -> Examination:
-        """Run an attempt, whose steps may become finer by it unless an existing case is changed; return its check."""
+        """Run an attempt, with finer steps if these are needed and the case is new; return its check."""
         text = attempt.text
         if not self.attempts.recall(attempt):
             guess = 0.0 if self.history.timed else examined.seconds
@@ -304,7 +304,7 @@ class AgentLoop:
     def _settle_doubts(
         self, attempt: Attempt, examined: Examination, doubts: list[str], *, referred: bool = False
     ) -> Examination:
-        """Ask the Planner once, before the run, about problems of the expectations, and what Writers refer to it."""
+        """Ask the Planner once, before the run, about doubtful expectations, a long run, and what Writers referred."""
         assert examined.loaded is not None
         left = self.limits.minutes_left()
         if left is not None and left < UNASKED_MINUTES and not self.history.timed:

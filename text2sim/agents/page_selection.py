@@ -1,4 +1,4 @@
-"""Selection of pages: the parts of the language for each reader, and the kinds that require further parts."""
+"""Tables for the selection of pages: which parts of the language each reader gets, and which words require more."""
 
 import re
 
@@ -25,13 +25,14 @@ MPM = frozenset({"soft", *FLOWING})
 JOINTED = frozenset({"hinge", "slider", "ball", *LINKED})
 MOTORED = frozenset({"hinge", "slider", "articulated"})
 """Kinds with joints that a motor may drive."""
+DEFORMABLE_KINDS = MPM | {"cloth"}
 COPIES = frozenset({"line", "grid", "ring", "spiral", "stack", "running_bond", "packing", "glyphs", "fragments"})
 KINDS_BY_MODEL: dict[str, frozenset[str]] = {
-    "Contact": MPM | {"cloth", "fem", "ipc", "pairs"}, "Solver": frozenset({"newton", "cg"}), "Material": frozenset(),
-    "Look": frozenset(), "Pose": frozenset(),
+    "Contact": DEFORMABLE_KINDS | {"fem", "ipc", "pairs"}, "Solver": frozenset({"newton", "cg"}),
+    "Material": frozenset(), "Look": frozenset(), "Pose": frozenset(),
     "Mpm": MPM, "Pbd": frozenset({"cloth"}), "Fem": frozenset({"fem"}), "Ipc": frozenset({"ipc"}),
-    "SolverBounds": MPM | {"cloth"}, "JointDynamics": frozenset({"articulated"}),
-    "Actuator": frozenset({"articulated", "hinge", "slider"}), "Palette": COPIES, "Vary": COPIES,
+    "SolverBounds": DEFORMABLE_KINDS, "JointDynamics": frozenset({"articulated"}), "Actuator": MOTORED,
+    "Palette": COPIES, "Vary": COPIES,
     "SoftMaterial": frozenset({"soft"}), "ClothMaterial": frozenset({"cloth"}),
     "GranularMaterial": frozenset({"granular"}), "LiquidMaterial": frozenset({"liquid"}),
     "SnowMaterial": frozenset({"snow"}), "Link": frozenset({"articulated"}), "Loop": frozenset({"articulated"}),
@@ -49,11 +50,10 @@ KINDS_BY_PAGE: dict[str, frozenset[str]] = {
     "Regions on bodies": frozenset({"cloth", "soft", "point", "region", "corner", "edge", "face"}),
 }  # fmt: skip
 """Pages, and the kinds that require them; other pages are always included."""
-DEFORMABLE_KINDS = MPM | {"cloth"}
 FIELD_CONTROLS = frozenset({"wind", "airflow", "drag", "attraction", "vortex", "turbulence"})
 """Controls that act on deformable bodies alone; in a plan without any, they are everyday words."""
 BODY_WORDS = {"beam": frozenset({"slat", "springboard", "ruler", "reed", "cantilever"})}
-"""Everyday words for bodies that no other kind is as good for."""
+"""Everyday words for things that this kind of body fits better than any other."""
 CONTROL_WORDS = {
     "attach": frozenset(
         {"tie", "ties", "tied", "held", "pinned", "fastened", "hang", "hangs", "sewn", "welded", "attachments"}
@@ -69,9 +69,9 @@ IN_STAGES = frozenset({
 LIGHT_WORDS = re.compile(
     r"\b(?:grazing|raking|backlit|backlight|sidelight|spotlight|light\b[^.,;]{0,40}\bfrom)\b", re.IGNORECASE
 )
-"""A brief that asks for light from a direction."""
+"""Words of a brief that asks for light from a direction."""
 BELT = "belt"
-"""Stands among kinds for statics whose surfaces move."""
+"""Word among the kinds for statics whose surfaces move."""
 BELT_WORDS = frozenset({BELT, "belts", "conveyor", "conveyors", "treadmill", "treadmills", "surface_velocity"})
 """Words of a plan for such statics."""
 CONTROLS_OF_EVENTS = {"released": ("attach", "release"), "removed": ("remove",), "broken": ("bond",)}

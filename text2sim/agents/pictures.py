@@ -9,6 +9,8 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from text2sim.agents.frame_choice import FrameMoment, Shown, after_strikes, choose_frames, moments, with_attached
+from text2sim.agents.models.exchange import MAX_IMAGE
+from text2sim.compiler.shapes.pictures import picture_bytes
 from text2sim.legibility.film import spread_numbers
 from text2sim.recording.run_files import read_events
 from text2sim.runtime.internal_errors import keep_details
@@ -24,7 +26,7 @@ SHEET_WIDTH = 500
 MAX_FRAMES = 12
 """Largest number of frames on the sheet."""
 MAX_CLOSE_UPS = 4
-"""Largest number of close-ups beside them."""
+"""Largest number of close-ups on the sheet."""
 MAX_CAPTION_REASONS = 2
 """Largest number of reasons in a caption; more would hide the frame."""
 SMALL_SUBJECT = 0.2
@@ -34,9 +36,9 @@ LOCATING_WIDTH = 160
 MAX_TRACING_TIME = 90.0
 """Time for tracing the frames, at one or two seconds each [s]."""
 FEWEST_TRACED = 6
-"""Smallest number of frames that are shown if there is no time for all; else the preview is used."""
+"""Smallest number of traced frames that are shown; if there is no time for them, the preview is used."""
 MORE_TRACING_TIME = 240.0
-"""Further time for the fewest, if they will be done by then [s]: a preview makes all frames of the film."""
+"""Further time for that number, if it is enough [s]: a preview takes longer, since it makes all frames of the film."""
 
 TRACED_NOTE = (
     "The frames are path-traced, as the film will be, but small and coarse; they stand in the order of time, not of "
@@ -82,6 +84,13 @@ def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[A
     if not rows:
         return None, 0, ""
     return contact_sheet(thumbnails, width=width, columns=columns), len(rows), note
+
+
+def sheet_png(sheet: Any) -> bytes:
+    """Return a sheet as PNG, reduced until it is small enough for a model."""
+    while len(content := picture_bytes(sheet, "PNG", optimize=True)) > MAX_IMAGE:
+        sheet = sheet.resize((sheet.width * 3 // 4, sheet.height * 3 // 4))
+    return content
 
 
 def _read(path: Path) -> Any:
@@ -197,9 +206,12 @@ def _preview_frames(run: Path) -> Iterator[Row]:
 
 
 def _traced(run: Path, seconds: float, more: float = 0.0) -> Iterator[Row]:
-    """Yield path-traced frames of the main film, as many as `seconds` are enough for; none if these are too few.
+    """Yield the path-traced frames of the main film that are finished in time; none if these are too few.
 
-    If so, the fewest may take `more` seconds.
+    Args:
+        run: The run folder.
+        seconds: Time for all frames [s].
+        more: Further time for `FEWEST_TRACED` of them [s].
     """
     try:
         from PIL import Image
@@ -232,7 +244,7 @@ def _traced(run: Path, seconds: float, more: float = 0.0) -> Iterator[Row]:
 
 
 def _trace(filming: "Filming", reel: "Reel", fewest: int, seconds: float, more: float) -> None:
-    """Trace frames for a time [s], and the `fewest` of them for `more` seconds if they will be done by then."""
+    """Trace frames for a time [s], and for `more` seconds if `fewest` of them will be finished by then."""
     took: list[float] = []
     done = 0
 

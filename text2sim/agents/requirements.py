@@ -10,7 +10,7 @@ from pydantic import Field
 
 from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed_parser
 from text2sim.agents.models.exchange import Image, ModelError, StoppedError
-from text2sim.agents.replies import Answer, Line, Name
+from text2sim.agents.replies import MAX_LINE_LENGTH, Answer, Line, Name
 from text2sim.agents.roles import ROLES, render, system_prompt
 
 Sort = Literal["objects", "count", "appearance", "relation", "actuation", "action", "order", "final", "never", "other"]
@@ -90,17 +90,19 @@ def extract_requirements(chat: Conversation, text: str, images: tuple[Image, ...
 
 def requirements_of_change(text: str, extract: Callable[[], dict[str, Requirement]]) -> dict[str, Requirement]:
     """Return the requirements of a change request; a short one is its own requirement."""
-    if len(text.split()) <= SHORT_WISH:
+    if len(text.split()) <= SHORT_WISH and len(text) <= MAX_LINE_LENGTH:  # some scripts have no spaces
         return {"wish": Requirement(what=text, importance=5)}
     return extract()
 
 
 def requirement_rows(requirements: Requirements) -> str:
-    """Return one line for each requirement."""
-    return "\n".join(
-        f"- `{name}` ({one.importance}{', optional' if one.optional else ''}): {one.what}"
-        for name, one in requirements.items()
-    )
+    """Return one row for each requirement."""
+    return "\n".join(requirement_row(name, one) for name, one in requirements.items())
+
+
+def requirement_row(name: str, one: Requirement) -> str:
+    """Return a requirement as a row of a list, with its importance."""
+    return f"- `{name}` ({one.importance}{', optional' if one.optional else ''}): {one.what}"
 
 
 def weighted_score(requirements: Requirements, marks: Mapping[str, Any]) -> float:

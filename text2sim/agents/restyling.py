@@ -7,7 +7,6 @@ from typing import Any
 from text2sim.compiler.build import plan_case
 from text2sim.revision.revise import Revision, revise
 from text2sim.spec_schema.changes.operation import Operation, split_pointer
-from text2sim.spec_schema.changes.patch import PatchError
 from text2sim.spec_schema.errors import RunError, Text2SimError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.text.source import Source
@@ -53,7 +52,7 @@ def _culprit(text: str, operations: Sequence[Operation], path: Path, digest: tup
             part = revise(Source(text, str(path)), path, operations[:number]).text
             if physics_digest(part, path) != digest:
                 return f"operation {number} (`{operations[number - 1].get('path')}`)"
-        except (Text2SimError, PatchError):
+        except Text2SimError:
             continue  # valid only together with later operations
     return f"operation {len(operations)} (`{operations[-1].get('path')}`)" if operations else "this patch"
 

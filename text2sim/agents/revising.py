@@ -102,7 +102,10 @@ def _owned(data: Any, changes: Sequence[Operation], section: str) -> Any:
     if section != "plan":
         return apply_owned(data, changes, section)
     for number, change in enumerate(changes):
-        steps = split_pointer(str(change.get("path")))
+        try:
+            steps = split_pointer(change.get("path"))
+        except ValueError as error:
+            raise PatchError(number, str(error)) from None
         known = mapping(data, "params")
         if change.get("op") not in ("add", "replace", "test") or len(steps) < 2 or steps[0] != "params":
             raise PatchError(number, "a patch on plan sets /params/NAME, and nothing else")

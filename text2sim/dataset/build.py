@@ -280,5 +280,6 @@ class Writer:
 
 def _main_reason(path: Path) -> str:
     """The most frequent reason for refusals."""
-    reasons = Counter(why for line in path.read_text("utf-8").splitlines() for why in json.loads(line)["why"])
+    with path.open(encoding="utf-8") as lines:
+        reasons = Counter(why for line in lines for why in json.loads(line)["why"])
     return reasons.most_common(1)[0][0] if reasons else "there was nothing to do"

@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from text2sim.spec_schema.arithmetic.expressions import parse_expression
-from text2sim.spec_schema.arithmetic.values import ExpressionError
+from text2sim.spec_schema.arithmetic.values import ExpressionError, number
 from text2sim.spec_schema.errors import Problem, SpecError, nearest
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.base import Model, Positive
@@ -26,7 +26,7 @@ class Observable(Model):
 
 
 class Statement(Model):
-    """The file."""
+    """Contents of `benchmark.yaml`."""
 
     observables: dict[str, Observable]
     until: Positive | None = None
@@ -58,7 +58,8 @@ def read_statement(loaded: LoadedCase) -> Statement:
             problems.append(document.problem(place, message, key=True, rule="unknown", hint=nearest(name, comparable)))
         if row.analytic is not None:
             try:
-                parse_expression(row.analytic).evaluate({"t": 1.0})
+                for t in (0.0, loaded.case.scene.duration):
+                    number(parse_expression(row.analytic).evaluate({"t": t}))
             except ExpressionError as error:
                 problems.append(document.problem((*place, "analytic"), str(error), rule="expression"))
     if problems:

@@ -14,6 +14,8 @@ from itertools import product
 from pathlib import Path
 from typing import Any, Literal
 
+from pydantic import TypeAdapter
+
 from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed, Wrong, typed_parser
 from text2sim.agents.journal import Journal
 from text2sim.agents.models.calls import Account, Budget, CallLog
@@ -83,6 +85,9 @@ class Judgement:
     """Facts, missing files, and times of the frames [s]."""
 
 
+_JUDGEMENT = TypeAdapter(Judgement)
+
+
 @dataclass
 class Judging:
     """Judging of method folders by several judges."""
@@ -123,7 +128,7 @@ class Judging:
                     f"the judge {model} does not accept pictures; if it does, append `,vision=yes` to its name"
                 )
         before = read_json(self.out / JUDGING_FILE)
-        earlier = before["judged"] if isinstance(before, dict) and before["digest"] == self.suite.digest() else []
+        earlier = before["judged"] if _is_record(before) and before["digest"] == self.suite.digest() else []
         write_json(
             self.out / JUDGING_FILE,
             {
@@ -239,14 +244,13 @@ def read_judgements(out: Path) -> tuple[dict[str, Any], list[Judgement]]:
         RunError: If the folder has no judgements.
     """
     record = read_json(out / JUDGING_FILE)
-    if not isinstance(record, dict):
+    if not _is_record(record):
         raise RunError(f"{out}: nothing was judged here (no {JUDGING_FILE})")
     rows = []
     for path in sorted(out.glob(f"*/*/*/{JUDGEMENT_FILE}")):
-        data = read_json(path)
         try:
-            row = Judgement(**{**data, "turn": Turn(**data["turn"])})
-        except (TypeError, KeyError):
+            row = _JUDGEMENT.validate_python(read_json(path))
+        except ValueError:
             raise RunError(f"{path}: not a judgement; remove its folder, and judge again with --resume") from None
         turn = row.turn
         belongs = record["prompts"].get(turn.prompt) == row.digest and turn.method in record["methods"]
@@ -258,6 +262,12 @@ def read_judgements(out: Path) -> tuple[dict[str, Any], list[Judgement]]:
             if turn not in turns:
                 rows.append(Judgement(turn, record["prompts"][name], "not_judged", None, "nobody has judged it yet"))
     return record, rows
+
+
+def _is_record(data: Any) -> bool:
+    """Return whether the content of a `judging.json` is a record of what was judged."""
+    kinds = {"judged": list, "digest": str, "prompts": dict, "models": list, "repeats": int, "methods": dict}
+    return isinstance(data, dict) and all(isinstance(data.get(name), kind) for name, kind in kinds.items())
 
 
 def scores_of_runs(out: Path) -> dict[str, list[dict[str, Any]]]:

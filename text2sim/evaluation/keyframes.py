@@ -98,7 +98,8 @@ def motion_of(recording: RecordedCase) -> Motion:
             keyframed[target.copy] = f"its positions do not follow from forces over {far:.2g} m in a row"
     driven: dict[str, float] = {}
     for copy in recording.names.driven:
-        distance = float(np.linalg.norm(np.diff(recording.origin(recording.names.copies[copy]), axis=0), axis=1).sum())
+        steps = np.diff(recording.origin(recording.names.copies[copy]), axis=0)  # nan after it was removed
+        distance = float(np.nansum(np.linalg.norm(steps, axis=1)))
         driven[body_of(copy)] = driven.get(body_of(copy), 0.0) + distance
     whole = sum(distances.values()) + sum(driven.values())
     part = sum(distances[copy] for copy in keyframed) / whole if whole > MAX_REST_DISPLACEMENT else 0.0

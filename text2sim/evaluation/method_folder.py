@@ -189,7 +189,7 @@ def discover_result(folder: Path) -> CaseResult:
     ):
         if files:
             found[name] = files[0]
-    return CaseResult.model_validate({"prompt": folder.resolve().name, "status": "unknown", **found})
+    return CaseResult.model_validate({"prompt": folder.name, "status": "unknown", **found})
 
 
 def resources_of(spent: Mapping[str, Any]) -> Resources:

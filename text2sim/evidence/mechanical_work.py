@@ -19,6 +19,7 @@ def work_of_motors(recording: RecordedCase) -> tuple[Array, dict[str, float]]:
         if joint.kind not in ("hinge", "slider") or joint.body not in loose:
             continue
         power_of_joint = states.dofs_force[:, joint.dof[0]].astype(float) * states.dofs_velocity[:, joint.dof[0]]
+        power_of_joint[recording.gone(joint.body)] = 0.0
         power = power + power_of_joint
         several = sum(other.body == joint.body for other in states.joints) > 1
         works[f"{joint.body}.{joint.name}" if several else joint.body] = _integral(power_of_joint, states.time)
@@ -53,7 +54,7 @@ def _work_of_control(recording: RecordedCase, control: Force | Torque) -> float 
 def _work_on(recording: RecordedCase, control: Force | Torque, target: RecordedTarget) -> float:
     states = recording.states
     start, end = control.during or (0.0, states.end)
-    end = min(states.end, end if isinstance(end, int | float) else states.end)
+    end = min(states.end if isinstance(end, str) else end, states.end, states.removed.get(target.copy, states.end))
     if not states.frames or start >= end:
         return 0.0
     inside = states.time[(states.time > start) & (states.time < end)]

@@ -1,9 +1,11 @@
 """`run.json`: what was run, where, and how it ended."""
 
 import json
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
+
+from pydantic import ConfigDict, TypeAdapter
 
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.whole_files import write_atomically
@@ -20,6 +22,8 @@ COMPLETE = ("finished", "diverged")
 @dataclass
 class RunRecord:
     """The contents of `run.json`, the only file of a run folder that depends on clocks and machines."""
+
+    __pydantic_config__ = ConfigDict(allow_inf_nan=False)
 
     case: str
     """Name of the case."""
@@ -78,11 +82,10 @@ class RunRecord:
     def read(cls, folder: Path) -> "RunRecord | None":
         """Return the record of a folder; None if there is none that can be trusted."""
         try:
-            data = json.loads((folder / FILE).read_text("utf-8"))
-            record = cls(**{name: data[name] for name in (f.name for f in fields(cls)) if name in data})
-        except (OSError, ValueError, TypeError, RecursionError):
+            record = _RECORD.validate_python(json.loads((folder / FILE).read_text("utf-8")))  # it may be anybody's
+        except (OSError, ValueError, RecursionError):
             return None
-        return record if record._is_sound() else None
+        return record if record.state in STATES else None
 
     @classmethod
     def read_whole(cls, folder: Path) -> "RunRecord | None":
@@ -96,13 +99,5 @@ class RunRecord:
             raise RunError(f"{folder}: {FILE} is damaged; run the case again")
         return record
 
-    def _is_sound(self) -> bool:
-        """Return whether every value has its type here, since the file may come from anybody."""
-        blank = RunRecord("", "", {})
-        for name, usual in vars(blank).items():
-            value = getattr(self, name)
-            kinds = {float: (int, float), type(None): (dict, int, type(None))}.get(type(usual), type(usual))
-            if not isinstance(value, kinds):
-                return False
-        texts = (*self.variants, *self.sets, *self.notes, *self.recorded.values(), *self.judged.values())
-        return self.state in STATES and all(isinstance(text, str) for text in texts)
+
+_RECORD = TypeAdapter(RunRecord)

@@ -1,11 +1,14 @@
 """Finished calls are kept, counted and never paid for twice."""
 
+import json
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
 from io import BytesIO
+from math import inf
 from pathlib import Path
+from typing import Any
 
 import pytest
 from PIL import Image as Picture
@@ -125,6 +128,15 @@ def test_a_damaged_file_is_asked_for_again_and_kept(tmp_path: Path, damage: str)
     assert model.asked == 1
     assert (tmp_path / "planner-01.json").read_text() == damage
     assert CallLog(tmp_path).ask(model, request()).cached
+
+
+@pytest.mark.parametrize("change", [{"text": None}, {"cost": "1"}, {"cost": -1}, {"model": 1}, {"seconds": inf}])
+def test_a_reply_with_impossible_values_is_asked_for_again(tmp_path: Path, change: dict[str, Any]) -> None:
+    CallLog(tmp_path).ask(Echo(), request())
+    file = tmp_path / "planner-01.json"
+    data = json.loads(file.read_text())
+    file.write_text(json.dumps(data | {"reply": data["reply"] | change}))
+    assert CallLog(tmp_path).ask(Echo(), request()).cached is False
 
 
 def test_two_threads_with_one_question_ask_once(tmp_path: Path) -> None:

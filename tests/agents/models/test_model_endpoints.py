@@ -100,6 +100,12 @@ def test_429_waits_as_long_as_it_is_asked_to() -> None:
     assert reply.seconds > 0.55
 
 
+def test_a_time_to_wait_that_is_none_is_ignored() -> None:
+    never = "Thu, 01 Jan 2026 00:00:00 +99999999999999999999"
+    with ChatServer(refusal(429, "slow down", Retry_After=never), completion("fine")) as server:
+        assert ask(server).text == "fine"
+
+
 def test_a_pause_that_is_too_long_is_not_waited_for() -> None:
     error, server = fail(refusal(429, "slow down", Retry_After="9999"))
     assert error.retryable
@@ -214,6 +220,7 @@ def test_calls_from_several_threads_do_not_mix() -> None:
         ("openai/m@http://user:secret@host/v1", "no password in an address"),
         ("openai/m@http://", "address"),
         ("openai/m@http://host:port/v1", "address"),
+        ("openai/m@http://host:0/v1", "address"),
         ("openai/m,vision=maybe", "not an option"),
         ("mailbox:", "needs a folder"),
         ("replay:/no/such/folder", "no such folder"),

@@ -97,6 +97,7 @@ bodies:
         ("<think>\n\n</think>\n" + fenced("a: [1"), 6, "opened in line 5"),
         (fenced("a: " + "${" * 600), 2, "expressions"),
         (fenced('a: 1\nb: {what: "a, b", c, sort: x}'), 3, "`c` has no value"),
+        (fenced("a: {what: red, # the ball\n  blue, sort: x}"), 3, "`blue` has no value"),
         (" " * (MAX_REPLY_LENGTH + 1), 1, "characters"),
     ],
 )

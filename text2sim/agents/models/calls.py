@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, replace
 from hashlib import sha256
+from math import inf
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -96,15 +97,14 @@ class CallLog:
 
 
 def _read(path: Path) -> tuple[str, Reply] | None:
-    """Key and reply in a file; None if the file is invalid, so that the call is repeated."""
+    """Return key and reply in a file; None if the file is invalid, so that the call is repeated."""
     try:
         data = json.loads(read_plain(path, MAX_FILE_SIZE))
         kept = {name: data["reply"][name] for name in REPLY_FIELDS}
         reply = Reply(**kept, cached=True, free=data["free"])
-        sound = isinstance(data["key"], str) and all(
-            isinstance(value, int | float) and value >= 0
-            for value in (reply.tokens_in, reply.tokens_out, reply.seconds)
-        )
+        cost = 0.0 if reply.cost is None else reply.cost
+        sound = all(0 <= value < inf for value in (reply.tokens_in, reply.tokens_out, reply.seconds, cost))
+        sound &= all(isinstance(text, str) for text in (data["key"], reply.text, reply.model))
     except (OSError, UnfitFileError, ValueError, KeyError, TypeError, RecursionError):
         return None
     return (data["key"], reply) if sound else None
@@ -112,7 +112,7 @@ def _read(path: Path) -> tuple[str, Reply] | None:
 
 @dataclass(frozen=True)
 class Spent:
-    """Totals of some calls."""
+    """Tokens, cost and time of some calls."""
 
     calls: int = 0
     """Calls made by this process."""
@@ -121,7 +121,7 @@ class Spent:
     tokens_in: int = 0
     tokens_out: int = 0
     again: int = 0
-    """Part of `tokens_in` that a prompt cache can serve, because an earlier request began with it."""
+    """Part of `tokens_in` that a prompt cache can serve, because an earlier request began in the same way."""
     cost: float = 0.0
     """Known cost [US$]."""
     unpriced: int = 0
@@ -251,7 +251,7 @@ class Budget:
         return None if self._minutes is None else max(0.0, self._minutes - self.minutes_used)
 
     def exceeded(self, account: Account, overtime: float = 0.0) -> str | None:
-        """Describe the limit that is reached; None if none is. That of time may be passed by `overtime` minutes."""
+        """Describe the limit that is reached; None if none is. The time may be exceeded by `overtime` minutes."""
         spent = account.total()
         if self._tokens is not None and spent.tokens >= self._tokens:
             return f"{spent.tokens:,} of {self._tokens:,} tokens are spent"
@@ -260,7 +260,7 @@ class Budget:
         return self.over(overtime)
 
     def over(self, overtime: float = 0.0) -> str | None:
-        """Describe the limit of time if it is passed by `overtime` minutes; None if it is not."""
+        """Describe the limit of time if it is exceeded by `overtime` minutes; None if it is not."""
         if self._minutes is not None and self.minutes_used >= self._minutes + overtime:
             return f"{self._minutes:g} minutes are over"
         return None

@@ -1,5 +1,6 @@
 """Repair of unquoted commas: `{what: a ball, a ramp}` means one text, but YAML reads the second half as a key."""
 
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,6 +8,8 @@ import yaml
 
 from text2sim.spec_schema.text.document import open_parser
 from text2sim.spec_schema.text.masking import mask
+
+_COMMENT = re.compile(r"\s#")
 
 
 @dataclass
@@ -48,7 +51,7 @@ def rejoined(text: str) -> tuple[str, list[tuple[int, str]]]:
                 bare = plain and start == end and not masked[key.end_mark.index :].lstrip().startswith(":")
                 if not (here.braces and bare):
                     here.last = start if plain and start < end else None
-                elif here.last is not None:
+                elif here.last is not None and not _COMMENT.search(masked, here.last, key.end_mark.index):
                     joins[here.last] = key.end_mark.index
                 else:
                     lost.append((key.start_mark.line, text[key.start_mark.index : key.end_mark.index]))

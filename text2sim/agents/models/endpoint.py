@@ -99,7 +99,7 @@ def parse_name(spec: str) -> ModelName:
 def _checked_url(url: str) -> str:
     try:
         parts = urlsplit(url)
-        sound = bool(parts.hostname) and (parts.port or 1) > 0
+        sound = bool(parts.hostname) and parts.port != 0
     except ValueError:
         sound, parts = False, urlsplit("")
     if not sound or parts.query or parts.fragment:

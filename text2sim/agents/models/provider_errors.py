@@ -14,7 +14,7 @@ MAX_MESSAGE_LENGTH = 400
 TRANSIENT_STATUSES = frozenset({408, 409, 425, 429, 500, 502, 503, 504, 520, 522, 524, 529})
 """HTTP status codes after which the same request may succeed."""
 _FINAL_WORDS = ("insufficient_quota", "exceeded your current quota", "billing", "credit balance")
-"""Words in a 429 response that is about payment, so that waiting does not help."""
+"""Words of an error that is about payment, so that waiting does not help."""
 _KEYS = re.compile(r"\b(?:sk|pk|gsk|xai|AIza|hf|key)[-_][\w*.-]{6,}|\bAIza[\w-]{10,}|(?i:bearer)\s+\S+")
 _NOISE = re.compile(r"^(?:litellm\.)?(?:\w+(?:Error|Exception)\s*[:-]\s*)+")
 _ADVICE = {
@@ -73,5 +73,5 @@ def wait_asked(error: Exception) -> float | None:
         pass
     try:
         return max(0.0, (parsedate_to_datetime(value) - datetime.now(UTC)).total_seconds())
-    except (ValueError, TypeError):
+    except (ValueError, TypeError, OverflowError):
         return None

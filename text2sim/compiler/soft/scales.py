@@ -132,18 +132,17 @@ def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
     if shape.kind == "disc":
         wide = 2 * (shape.radius - shape.hole)
         return min(wide, shape.area / wide), max(wide, shape.area / wide)
-    if shape.kind != "mesh":
-        low, high = extents(shape, IDENTITY, folder)
-        wide = 2 * sorted(b - a for a, b in zip(low, high, strict=True))[1]
-        long = hull_area(shape, folder) / wide
-        return min(wide, long), max(wide, long)
     low, high = extents(shape, IDENTITY, folder)
     _, short, long = sorted(b - a for a, b in zip(low, high, strict=True))
-    return short, long
+    if shape.kind == "mesh":
+        return short, long
+    wide = 2 * short
+    long = hull_area(shape, folder) / wide
+    return min(wide, long), max(wide, long)
 
 
 def _smallest_given_cell(copies: list[Copy]) -> float | None:
-    """Return the smallest `cell` that bodies have; None if none has one."""
+    """Return the smallest `cell` of the bodies; None if none has one."""
     return min((copy.model.cell for copy in copies if copy.model.cell is not None), default=None)
 
 

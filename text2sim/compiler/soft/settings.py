@@ -20,14 +20,15 @@ from text2sim.spec_schema.models.sheets import Sleeve
 from text2sim.spec_schema.models.soft_bodies import Cloth, Liquid, Snow
 from text2sim.spec_schema.models.soft_materials import SnowMaterial
 
-PADDING_CELLS = 3
-"""Cells at each side of the grid in which the engine stops everything."""
+PADDING = 3
+"""Cells at each side of the grid in which the engine stops all motion."""
 MAX_COURANT = 0.5
-"""Part of a cell that a sound wave crosses in a substep. From 0.74 on stiff bodies diverge, with finite numbers."""
+"""Largest Courant number: the part of a cell that sound crosses in a substep. From 0.74 on stiff bodies diverge, with
+finite numbers."""
 MAX_STEP_PER_CELL = 0.02
 """Longest substep [s] per metre of cell: the engine's own suggestion."""
 MAX_MPM_CELLS, MAX_PBD_CELLS = 3_000_000, 1_000_000
-"""Most cells of the grid, for their memory, and of the space of cloth."""
+"""Largest numbers of cells of the grid, because of their memory, and of the space of cloth."""
 HASH_CELL_DISTANCES, HASH_CELLS_PER_AXIS = 1.25, 32
 """Cell of the spatial hash of cloth in particle distances, as the engine has it, and cells along each axis; rounding
 may make the engine add one. The hash repeats in space, and every substep clears all of it: `python -m
@@ -35,11 +36,11 @@ benchmarks.engine_defaults` measures 5.1 ms a substep, and 13.8 ms with the engi
 space.
 """
 SNOW_EXPONENT = 10.0
-"""Of the engine's law of snow: compressed to a part Jp of its volume, it is exp(10 (1 - Jp)) times as stiff."""
+"""Exponent of the engine's law of snow: at a part Jp of its volume, it is exp(10 (1 - Jp)) times as stiff."""
 LEAST_COMPRESSION = 0.1
 """Part by which snow is assumed to be compressed even if nothing hits it."""
 MIN_SHEET_STEP = 1e-4
-"""Shortest substep [s] that is derived for a stiff sheet: in one that is too long, it is softer, but stable."""
+"""Shortest substep [s] that is derived for a stiff sheet: one that needs a shorter substep is softer, but stable."""
 MAX_PBD_STEP = 0.0005
 """Longest substep [s] of cloth, which is stiffer the more sweeps its solver makes in a second."""
 STRETCH_RELAXATION = 0.3
@@ -100,35 +101,10 @@ def derive_soft(
         mpm = _mpm(scene, scales, domain, why)
         substeps += _mpm_steps(mpm.cell, by_solver["mpm"], impact)
     if "pbd" in by_solver:
-        substeps.append((MAX_PBD_STEP, "cloth stretches at longer steps"))
-        size = scales.pbd_size
-        assert size is not None
-        stiff = [copy.model for copy in by_solver["pbd"] if copy.model.material.rigidity]
-        if stiff:
-            shortest = min(bending_step(model, size) for model in stiff)
-            reason = "a stiff sheet is softer at longer steps, and may be at this one"
-            substeps.append((max(shortest, MIN_SHEET_STEP), reason))
-        elastic = [copy.model for copy in by_solver["pbd"] if copy.model.material.tension_modulus]
-        if elastic:
-            reason = "an elastic sheet is softer than its material at longer steps"
-            shortest = min(elastic_step(model, size) for model in elastic)
-            substeps.append((max(shortest, MIN_SHEET_STEP), reason))
-            if snap := max(map(snap_speed, elastic)):
-                reason = (
-                    f"at {snap:.3g} m/s, as a stretched sheet draws together, a particle may not cross half its size"
-                )
-                substeps.append((max(size / 2 / snap, MIN_SHEET_STEP), reason))
-        breaths = [step for copy in by_solver["pbd"] if (step := gas_step(copy, folder)) is not None]
-        if breaths:
-            substeps.append((min(breaths), "a hull springs on the gas in it"))
-        if fastest:
-            reason = f"at {fastest:g} m/s a particle may not cross half its own size in one step"
-            substeps.append((size / 2 / fastest, reason))
+        assert scales.pbd_size is not None
+        substeps += _pbd_steps(scales.pbd_size, by_solver["pbd"], fastest, folder)
         step = scene.dt / (scene.substeps or max(ceil(scene.dt / step - 1e-9) for step, _ in substeps))
-        long = max(sheet_size(copy.shape, folder)[1] for copy in by_solver["pbd"])
-        stretch_of = partial(own_stretch, long, size, step, gravity=hypot(*scene.gravity))
-        sweeps = max((ELASTIC_SWEEPS * (step / elastic_step(model, size)) ** 2 for model in elastic), default=0.0)
-        pbd = _pbd(scene, size, stretch_of, sweeps, domain, why)
+        pbd = _pbd(scene, scales.pbd_size, by_solver["pbd"], step, folder, domain, why)
     if "fem" in by_solver or "ipc" in by_solver:
         if model == "ipc":
             coupler = ipc.settings(scene, scales.edges, why)
@@ -196,7 +172,7 @@ def own_stretch(long: float, size: float, step: float, iterations: int, gravity:
         size: Distance of its points [m].
         step: Substep [s].
         iterations: Sweeps over its threads in each substep.
-        gravity: [m/s2]
+        gravity: Its magnitude [m/s2].
     """
     return 8 * gravity * step**2 * long / (9 * STRETCH_RELAXATION * iterations * size**2)
 
@@ -265,9 +241,9 @@ def _mpm(scene: Scene, scales: Scales, domain: Domain, why: dict[str, str]) -> M
     if scene.mpm.bounds is not None:
         low, high = scene.mpm.bounds.min, scene.mpm.bounds.max
     else:
-        low, high = domain("mpm", (PADDING_CELLS + 1) * cell, MAX_MPM_CELLS * cell**3, cell)
+        low, high = domain("mpm", (PADDING + 1) * cell, MAX_MPM_CELLS * cell**3, cell)
         why["mpm_bounds"] = (
-            f"where its bodies can come to, and {PADDING_CELLS + 1} cells more: three of them are a wall of the grid"
+            f"where its bodies can come to, and {PADDING + 1} cells more: three of them are a wall of the grid"
         )
     return MpmSettings(cell, float(f"{1 / cell:.6g}"), low, high)
 
@@ -285,13 +261,29 @@ def _mpm_steps(cell: float, copies: list[Copy], impact: float) -> list[tuple[flo
     ]
 
 
+def _pbd_steps(size: float, copies: list[Copy], fastest: float, folder: Path) -> list[tuple[float, str]]:
+    steps = [(MAX_PBD_STEP, "cloth stretches at longer steps")]
+    if stiff := [copy.model for copy in copies if copy.model.material.rigidity]:
+        shortest = min(bending_step(model, size) for model in stiff)
+        reason = "a stiff sheet is softer at longer steps, and may be at this one"
+        steps.append((max(shortest, MIN_SHEET_STEP), reason))
+    if elastic := [copy.model for copy in copies if copy.model.material.tension_modulus]:
+        shortest = min(elastic_step(model, size) for model in elastic)
+        reason = "an elastic sheet is softer than its material at longer steps"
+        steps.append((max(shortest, MIN_SHEET_STEP), reason))
+        if snap := max(map(snap_speed, elastic)):
+            reason = f"at {snap:.3g} m/s, as a stretched sheet draws together, a particle may not cross half its size"
+            steps.append((max(size / 2 / snap, MIN_SHEET_STEP), reason))
+    if breaths := [step for copy in copies if (step := gas_step(copy, folder)) is not None]:
+        steps.append((min(breaths), "a hull springs on the gas in it"))
+    if fastest:
+        reason = f"at {fastest:g} m/s a particle may not cross half its own size in one step"
+        steps.append((size / 2 / fastest, reason))
+    return steps
+
+
 def _pbd(
-    scene: Scene,
-    size: float,
-    stretch_of: Callable[[int], float],
-    sweeps: float,
-    domain: Domain,
-    why: dict[str, str],
+    scene: Scene, size: float, copies: list[Copy], step: float, folder: Path, domain: Domain, why: dict[str, str]
 ) -> PbdSettings:
     if scene.pbd.bounds is not None:
         low, high = scene.pbd.bounds.min, scene.pbd.bounds.max
@@ -300,6 +292,10 @@ def _pbd(
         why["pbd_bounds"] = "where its bodies can come to; its sides are walls"
     stretch, bending = scene.pbd.stretch_iterations, scene.pbd.bending_iterations
     if stretch is None:
+        long = max(sheet_size(copy.shape, folder)[1] for copy in copies)
+        stretch_of = partial(own_stretch, long, size, step, gravity=hypot(*scene.gravity))
+        elastic = [copy.model for copy in copies if copy.model.material.tension_modulus]
+        sweeps = max((ELASTIC_SWEEPS * (step / elastic_step(model, size)) ** 2 for model in elastic), default=0.0)
         enough = (number for number in STRETCH_ITERATIONS if stretch_of(number) <= MAX_OWN_STRETCH and number >= sweeps)
         stretch = next(enough, STRETCH_ITERATIONS[-1])
         why["stretch_iterations"] = f"its own weight then stretches a cloth that hangs by {stretch_of(stretch):.1%}"

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.soft.lowering import mass
+from text2sim.compiler.soft.settings import PADDING
 from text2sim.compiler.soft.solver_domain import find_surroundings, path_bounds
 from text2sim.compiler.soft.travel import travel
 from text2sim.lint.facts import Facts
@@ -14,8 +15,7 @@ from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
 
-PADDING = 3
-"""Cells at each side of the grid in which the engine stops all motion."""
+_WIDER = "give larger `scene.{solver}.bounds`, make `cell` larger, or end the run earlier"
 
 
 def _outside(facts: Facts) -> Iterator[Problem]:
@@ -131,9 +131,6 @@ def _hung(box: Bounds, there: Bounds) -> Bounds:
     """Return the reach of a hanging cloth: no lower than its longest side below its top."""
     low = max(there[0][2], box[1][2] - max(sides(box)))
     return (there[0][0], there[0][1], min(low, box[0][2])), there[1]
-
-
-_WIDER = "give larger `scene.{solver}.bounds`, make `cell` larger, or end the run earlier"
 
 
 RULES = (

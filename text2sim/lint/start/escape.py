@@ -27,18 +27,18 @@ MAX_AXIS_DETOUR = 1.5
 MAX_ROUNDS = 30
 """Largest number of times a body is moved on when leaving one piece makes it enter another."""
 MAX_DIRECTION_PAIRS = 3
-"""Pairs of pieces whose shapes give directions in which to escape."""
+"""Largest number of pairs of pieces whose shapes give directions in which to escape."""
 MAX_EXACT_PAIRS = 12
-"""Pairs of pieces whose depth is computed in all directions."""
+"""Largest number of pairs of pieces whose depth is computed in all directions."""
 SWEEP_COST = 5
-"""Cost of a sweep in steps; a test costs one."""
-ROUND_EXIT = 20
-"""Cost of a sweep with a round piece, which converges slowly."""
+"""Steps that a sweep costs; a test costs one."""
+ROUND_SWEEP_COST = 20
+"""Steps that a sweep with a round piece costs, because it converges slowly."""
 ROUND_PIECES = ("cylinder", "ellipsoid")
 BOX_TESTS_PER_STEP = 100
 """Pairs of boxes that are compared in the time of a step."""
 MAX_STEPS_PER_OVERLAP = 1200
-"""Most steps for one overlap."""
+"""Largest number of steps for one overlap."""
 ROUNDING_OVERLAP = 1e-6
 """Overlap [m] of bounding boxes that is only rounding."""
 
@@ -66,7 +66,7 @@ class Escape:
 
     @property
     def words(self) -> str:
-        """The direction in words: `+z`, or a vector."""
+        """The direction as text: an axis such as `+z`, or a vector."""
         return AXES.get(self.direction) or "({})".format(", ".join(f"{c + 0.0:.2g}" for c in self.direction))
 
 
@@ -168,9 +168,10 @@ def _free_length(
 
 
 def _cost(pairs: list[tuple[StandingPart, StandingPart]]) -> int:
-    """Return the steps that the exits of pairs of pieces cost."""
+    """Return the steps that a sweep of each pair of pieces costs."""
     return sum(
-        ROUND_EXIT if a.piece.kind in ROUND_PIECES or b.piece.kind in ROUND_PIECES else SWEEP_COST for a, b in pairs
+        ROUND_SWEEP_COST if a.piece.kind in ROUND_PIECES or b.piece.kind in ROUND_PIECES else SWEEP_COST
+        for a, b in pairs
     )
 
 

@@ -383,10 +383,10 @@ def _non_ascii(word: str) -> str:
 
 
 def _bad_length(place: _Place, details: ErrorDetails) -> _Finding:
-    context = details.get("ctx", {})
-    least, most = context.get("min_length"), context.get("max_length")
-    wanted = f"at least {least}" if details["type"] == "too_short" else f"at most {most}"
-    return _Finding(place.path, f"needs {wanted} entries (got {len(place.data)})", "length", key=True)
+    side, bound = ("least", "min_length") if details["type"] == "too_short" else ("most", "max_length")
+    count = details.get("ctx", {}).get(bound)
+    wanted = f"at {side} {count} {'entry' if count == 1 else 'entries'}"
+    return _Finding(place.path, f"needs {wanted} (got {len(place.data)})", "length", key=True)
 
 
 def _quoted(value: object) -> str:
