@@ -130,14 +130,14 @@ def test_types_say_what_is_wrong_with_an_answer() -> None:
 
 
 def test_pages_come_as_a_message_of_their_own_after_what_was_said(tmp_path: Path) -> None:
-    model = Scripted({"planner": [fenced("read: [net, hinge, net]"), fenced("read: [hinge, nothing]"), fenced("n: 3")]})
+    model = Scripted({"planner": [fenced("read: [plate, hinge, plate]"), fenced("read: [hinge, nothing]"), fenced("n: 3")]})
     asked = chat(tmp_path, model)
     assert asked.ask("planner", "s", "q", number, read_pages=PageRequests()) == 3
     first, second, third = (request.messages for request in model.asked)
     assert second[: len(first)] == first
     assert third[: len(second)] == second
     assert "range_deg" in second[-1].text, "a kind comes with its fields"
-    assert "cells_x" in second[-1].text, "a prefab with its parameters"
+    assert "diameter" in second[-1].text, "a prefab with its parameters"
     assert second[-1].text.count("range_deg") < 3
     assert "range_deg" not in third[-1].text, "once"
     assert "nothing called `nothing`" in third[-1].text

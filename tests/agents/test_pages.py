@@ -20,10 +20,9 @@ def test_a_script_of_rigid_bodies_hears_nothing_of_what_deforms() -> None:
 def test_times_of_schedules_are_said_to_be_those_of_the_run_or_since_an_event() -> None:
     page = language.reference_pages("actions", {"drive", "force"})
     assert (
-        "Times are relative to the start of the run, also for a force with `during`, but to the event for a drive with `on`"
+        "Times are relative to the start of the run, also for a control with `during`, but to the event for a drive with `on`"
         in page
     )
-    assert "Start [s]: time of the run or, in a drive with `on`, time since its event." in page
 
 
 def test_what_a_name_says_itself_is_named_and_no_more() -> None:
@@ -39,7 +38,7 @@ def test_the_planner_reads_how_parts_of_a_cloth_are_measured_and_what_expectatio
     for word in ("within", "count", "before", "never", "at", "during", "stat", "above", "below", "equals", "tolerance",
                  "swing"):  # fmt: skip
         assert f"`{word}" in text.partition("## Expectations")[2]
-    assert len(text) < 5_700, "every plan costs this text: shorten the docstrings of measures, or raise it on purpose"
+    assert len(text) < 5_750, "every plan costs this text: shorten the docstrings of measures, or raise it on purpose"
 
 
 def test_everyday_words_for_a_strip_lead_to_beams() -> None:

@@ -30,7 +30,7 @@ _SHORTER = (
 
 _FORMS = {
     "region": " of what deforms: a part of it, as `{edge: left}`, `{corner: [left, front]}`",
-    "so_far": " (max, min, range: the extreme up to then, for a `ratio` of two)",
+    "so_far": " (max, min, range up to then)",
 }
 """Explanations of fields with unclear names."""
 
