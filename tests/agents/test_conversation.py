@@ -9,6 +9,7 @@ import pytest
 
 from tests.agents.scripted import Scripted, chat, fenced
 from text2sim.agents import kind_words, language
+from text2sim.agents.cinematography import Marks
 from text2sim.agents.conversation import BudgetSpent, RoleFailed, Wrong, apply_merge_patch, typed_parser
 from text2sim.agents.journal import Journal
 from text2sim.agents.judgement import Critique
@@ -130,7 +131,9 @@ def test_types_say_what_is_wrong_with_an_answer() -> None:
 
 
 def test_pages_come_as_a_message_of_their_own_after_what_was_said(tmp_path: Path) -> None:
-    model = Scripted({"planner": [fenced("read: [plate, hinge, plate]"), fenced("read: [hinge, nothing]"), fenced("n: 3")]})
+    model = Scripted(
+        {"planner": [fenced("read: [plate, hinge, plate]"), fenced("read: [hinge, nothing]"), fenced("n: 3")]}
+    )
     asked = chat(tmp_path, model)
     assert asked.ask("planner", "s", "q", number, read_pages=PageRequests()) == 3
     first, second, third = (request.messages for request in model.asked)
@@ -209,4 +212,6 @@ def test_what_is_meant_is_taken_where_only_the_form_is_off() -> None:
         }
     )  # fmt: skip
     assert plan.assumptions == ["one thing"]
+    marks = {"seen": ["A ball.", "It rolls."], "content": 1, "clarity": 2, "polish": 3, "appeal": 4}
+    assert Marks.model_validate(marks).seen == "A ball. It rolls."
     assert plan.assets[0].body == "crane"

@@ -43,6 +43,8 @@ class Form(Answer):
 
 def _as_meant(model: type[BaseModel], key: Any, value: Any) -> Any:
     field = model.model_fields.get(key)
+    if field is not None and field.annotation is str and isinstance(value, list):
+        return " ".join(value) if all(isinstance(row, str) for row in value) else value
     if field is None or get_origin(field.annotation) is not list:
         return value
     if isinstance(value, str):
