@@ -64,6 +64,20 @@ def test_what_a_run_takes_is_told_as_it_was_measured_once_there_was_one(tmp_path
     assert "took 58 s to its next letter, of which 2.5 s per simulated second" in made.history.left()
 
 
+@pytest.mark.parametrize(("minutes", "told"), [(1.5, 0), (2.5, 1)])
+def test_warnings_wait_where_time_is_short(tmp_path: Path, minutes: float, told: int) -> None:
+    asked: list[Any] = []
+    made = quiet_loop(tmp_path, minutes_left=lambda: minutes)
+    made.workshop.agreement = agreed()[0]
+    made.agreement.plan.keeps = ["low"]
+    made.workshop.fix_sections = lambda text, owners, instruction: (asked.append(owners), (text, {}))[1]  # type: ignore
+    made.history.made = [Attempt(1, CASE, "first version", wall=31.0, took=58.0)]
+    examined = examine(CASE, tmp_path / "case.yaml")
+    examined.warnings = [Problem("/bodies/ball", "it is thin", 1, 1, rule="thin-soft-body", severity="warning")]
+    assert made._considered(Attempt(2, CASE, "x"), examined) is examined
+    assert len(asked) == told
+
+
 def test_a_warning_that_is_meant_is_not_told_again_whatever_the_camera_is_called(tmp_path: Path) -> None:
     letters: list[str] = []
     made, path = quiet_loop(tmp_path, minutes_left=lambda: 12.0), tmp_path / "case.yaml"

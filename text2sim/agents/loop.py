@@ -34,6 +34,8 @@ STYLE_MINUTES = 4.0
 """Minutes that are reserved for the search for the best film once all expectations are true."""
 JUDGING_OVERTIME = 5.0
 """Minutes beyond the limit of time within which the last run is still judged, if all expectations are true."""
+HURRY = 2.0
+"""Time left, in durations of the latest attempt, below which warnings wait."""
 MAX_UNASKED_SHARE = 0.25
 """Largest estimated share of the time left for a first run about which the Planner is not asked."""
 UNLIMITED_MINUTES = 60.0
@@ -296,7 +298,13 @@ class AgentLoop:
         return attempt.critique
 
     def _considered(self, attempt: Attempt, examined: Examination) -> Examination:
-        """Have warnings fixed and doubts resolved; estimates of the duration are ignored after a first run."""
+        """Have warnings fixed and doubts resolved; estimates of the duration are ignored after a first run.
+
+        Where the time left is less than `HURRY` times that of the latest attempt, letters would cost the run.
+        """
+        left, took = self.history.time_left()[1], self.history.made[-1].took if self.history.made else 0.0
+        if left is not None and 60 * left < HURRY * took:
+            return examined
         known, waiting = {DURATION_RULE} if self.history.timed else set(), [*self.workshop.referred]
         examined, doubts = self.mending.consider_warnings(attempt, examined, known)
         return self._settle_doubts(attempt, examined, doubts, referred=self.workshop.referred != waiting)
