@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from text2sim.recording.film_record import SoftPart, SurfaceLook, read_recording
-from text2sim.rendering.grains import HEAPED, LOOSE, Grains, heap_surface
+from text2sim.rendering.grains import HEAPED, LOOSE, PAST_SIDE, Grains, flat_sides, heap_surface
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.soft import LiquidSurface, SoftSurface, hollows, is_clear, liquid_surface
 from text2sim.rendering.tears import Tears
@@ -37,6 +37,27 @@ def test_grains_lie_about_their_particles(kind: str) -> None:
     far = SPACING * np.array([1.9, 1.9, 1.1])  # further along the ground, where steps of the solver's cells would show
     assert np.all(np.abs(low - (HEAP.min(axis=0) + (1, 0, 0))) < far)
     assert np.all(np.abs(high - (HEAP.max(axis=0) + (1, 0, 0))) < far)
+
+
+def test_sand_against_a_wall_has_a_flat_side_and_a_heap_has_none() -> None:
+    filled = np.stack(np.meshgrid(*[np.arange(24) * SPACING] * 3), axis=-1).reshape(-1, 3)
+    filled = filled + np.random.default_rng(1).uniform(-0.3, 0.3, filled.shape) * SPACING
+    sides = flat_sides(filled, SPACING)
+    assert [(axis, sign) for axis, sign, _, _ in sides] == [(0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0)]
+    ends = {(axis, sign): end for axis, sign, end, _ in sides}
+    assert ends[0, 1.0] == pytest.approx((23 + 0.3 + PAST_SIDE) * SPACING, abs=0.1 * SPACING)
+    assert min(flat for *_, flat in sides) > 0.9
+    heap = filled[np.hypot(*(filled[:, :2] - 11.5 * SPACING).T) < 11.5 * SPACING - filled[:, 2]]
+    assert flat_sides(heap, SPACING) == []
+
+
+def test_no_grain_is_drawn_beyond_a_wall() -> None:
+    row = {"points": [0, len(HEAP)], "surface": None, "spacing": SPACING}
+    sand = SoftPart("it", "granular", row, Path("none"), SurfaceLook((0.8, 0.6, 0.2)))
+    low, high = bounds(Grains("soft0", sand).shapes(HEAP))
+    tilted = 0.1 * SPACING  # edges of grains and of the flat bodies that fill the heap
+    assert np.all(low[:2] > HEAP.min(axis=0)[:2] - PAST_SIDE * SPACING - tilted)
+    assert np.all(high[:2] < HEAP.max(axis=0)[:2] + PAST_SIDE * SPACING + tilted)
 
 
 def test_grains_lie_in_the_surface_of_their_heap_and_keep_their_place_at_rest() -> None:

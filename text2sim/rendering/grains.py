@@ -4,7 +4,7 @@ Round grains of a pixel's size would show no form: a heap of them is as bright o
 surface are lit like it. What has come loose, spray and crumbs, is round instead: flat, it would look like chips.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,12 @@ MAX_GRAINS = 400_000
 OUTSIDE, BEYOND = 1.0, 0.3
 """Percentage of grains on each side that count as flown away where they are further out than this fraction of the width
 of the others."""
+FLAT_SIDE = (0.45, 0.75)
+"""Share of the outline of a body, seen along x or y, behind which particles lie in one plane: up to the first it has no
+flat side there, from the second on it lies against a wall, beyond which no grain is drawn."""
+AT_SIDE, PAST_SIDE, SIDE_CELL, ASTRAY = 1.0, 0.35, 2.0, 0.001
+"""Depth of that plane, how far grains reach beyond its outermost particles, and the edge of the cells of the outline,
+in particle distances; and the fraction of all particles that may be further out."""
 SOFTENED, CELLS = 2.0, 96
 """Distance [particle distances] over which the surface is smoothed to find where it faces, and largest number of cells
 along a side for that."""
@@ -84,9 +90,15 @@ class Grains:
         count = len(points)
         facing, dense = (values[outside] for values in heap_surface(points, self._spacing))
         loose = np.clip((HEAPED - dense) / (HEAPED - LOOSE), 0.0, 1.0)[:, None]
-        centers = points[outside][:, None] + self._offsets[:count][outside]
+        sides = flat_sides(points, self._spacing)
+        on = np.full(len(facing), -1)
+        for number, (axis, sign, end, flat) in enumerate(sides):
+            on[sign * points[outside][:, axis] > end - (AT_SIDE + PAST_SIDE) * self._spacing] = number
+            facing[on == number] += flat * (sign * np.eye(3)[axis] - facing[on == number])
         sizes, shade = self._sizes[:count][outside].copy(), self._shade[:count][outside]
         sizes[..., 2] /= FLAT + (1 - FLAT) * (1 - loose)
+        centers = points[outside][:, None] + self._offsets[:count][outside]
+        centers = _against(centers, on, sides, sizes[..., ::2])
         beds, aside = self._bed_sizes[:count][outside], self._bed_offsets[:count][outside]
         round_ = beds[:, :1] * LUMP / BED[0]
         beds, aside = beds + loose * (round_ - beds), aside * (1 - loose)
@@ -96,12 +108,63 @@ class Grains:
             shown = shade == k
             at, size, axis = centers[shown], sizes[shown], axes[shown]
             if k == len(self._bsdfs) // 2:
-                at = np.concatenate([at, points[outside] + aside])
+                bed = _against((points[outside] + aside)[:, None], on, sides, beds[:, None, ::2])
+                at = np.concatenate([at, bed[:, 0]])
                 size = np.concatenate([size, beds])
                 axis = np.concatenate([axis, facing])
             if len(at):
                 found[f"{self.name}_{k}"] = _ellipsoids(at, size, axis, bsdf or own)
         return found
+
+
+class FlatSide(NamedTuple):
+    """An upright side along x or y on which a body lies against a wall."""
+
+    axis: int
+    sign: float
+    """Of the outward normal."""
+    end: float
+    """Largest coordinate along the normal [m] that a grain may have."""
+    flat: float
+    """How flat it is, from 0 to 1."""
+
+
+def flat_sides(points: Array, spacing: float) -> list[FlatSide]:
+    """Return the flat sides of a body.
+
+    Args:
+        points: Positions of the particles [m], shape (n, 3).
+        spacing: Particle distance [m].
+    """
+    found = []
+    for axis in (0, 1):
+        outline = np.floor(points[:, [1 - axis, 2]] / (SIDE_CELL * spacing)).astype(np.int64)
+        whole = len(np.unique(outline, axis=0))
+        for sign in (-1.0, 1.0):
+            outwards = sign * points[:, axis]
+            end = float(np.partition(outwards, -1 - int(ASTRAY * len(points)))[-1 - int(ASTRAY * len(points))])
+            near = len(np.unique(outline[outwards > end - AT_SIDE * spacing], axis=0))
+            flat = float(np.clip((near / whole - FLAT_SIDE[0]) / (FLAT_SIDE[1] - FLAT_SIDE[0]), 0.0, 1.0))
+            if flat > 0:
+                found.append(FlatSide(axis, sign, end + PAST_SIDE * spacing, flat))
+    return found
+
+
+def _against(centers: Array, on: NDArray[np.integer], sides: list[FlatSide], size: Array) -> Array:
+    """Return centres with those of particles on a flat side at its plane, and others within the planes.
+
+    Args:
+        centers: What is drawn [m], shape (n, m, 3).
+        on: Number of the side on which a particle lies, or -1, shape (n,).
+        sides: As `flat_sides` returns them.
+        size: Radius and half thickness of what is drawn [m], shape (n, m, 2): others keep away by the first, those on
+            a side by the second.
+    """
+    for number, (axis, sign, end, flat) in enumerate(sides):
+        outwards = sign * centers[..., axis]
+        wanted = end - np.where((on == number)[:, None], size[..., 1], np.maximum(end - outwards, size[..., 0]))
+        centers[..., axis] = sign * (outwards + flat * (wanted - outwards))
+    return centers
 
 
 def heap_surface(points: Array, spacing: float) -> tuple[Array, Array]:
