@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from text2sim.agents.cinematography import appearance_of
 from text2sim.agents.restyling import TouchesPhysics, physics_digest, restyle
 
 PATH = Path("somewhere/case.yaml")
@@ -97,3 +98,18 @@ def test_the_operation_that_touches_the_physics_is_named() -> None:
     for operations, number in (([before, hidden, after], 2), ([before, hidden], 2), ([hidden], 1)):
         with pytest.raises(TouchesPhysics, match=rf"operation {number} \(`/scene/statics/floor/look`\)"):
             restyle(CASE, operations, PATH)
+
+
+def test_parts_without_a_look_are_named_as_they_can_get_one() -> None:
+    text = """
+bodies:
+  cart:
+    links:
+      bed: {shape: {kind: compound, parts: {deck: {shape: {kind: box}, look: {color: red}}, boom: {shape: {kind: box}}}}}
+      wheel: {shape: {kind: cylinder, radius: 0.1}}
+  ball: {shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 1]}}
+"""
+    assert appearance_of(text)["bodies"] == {
+        "cart": {"links": {"bed": {"shape": {"parts": {"deck": {"look": {"color": "red"}}, "boom": {}}}}, "wheel": {}}},
+        "ball": {},
+    }

@@ -200,7 +200,7 @@ class Cinematography:
         question = render(
             "treat_ask",
             request=self._request,
-            case=yaml_text(_appearance_of(best.text)),
+            case=yaml_text(appearance_of(best.text)),
             recorded=recorded_text(_recording(self._run, load_text(best.text, self._path))),
             best=best.name,
             marks=yaml_text(
@@ -356,7 +356,7 @@ def _recording(run: Path, loaded: LoadedCase) -> Any:
     return read_recording(run, plan_case(loaded))
 
 
-def _appearance_of(text: str) -> dict[str, Any]:
+def appearance_of(text: str) -> dict[str, Any]:
     """The parts of a case that define its appearance: `render` and looks."""
     data = data_of(text)
     scene = data.get("scene") or {}
@@ -365,10 +365,10 @@ def _appearance_of(text: str) -> dict[str, Any]:
     return {"render": data.get("render") or {}, "scene": {"statics": statics}, "bodies": looks}
 
 
-def _looks(value: Any) -> Any:
-    """The looks within a body, in their nesting."""
+def _looks(value: Any, within: str = "") -> Any:
+    """The looks within a body, in their nesting; parts and links without one are named, as they can get one."""
     if not isinstance(value, Mapping):
         return {}
-    inner = {key: _looks(row) for key, row in value.items() if isinstance(row, Mapping) and key != "look"}
-    kept = {key: row for key, row in inner.items() if row}
+    inner = {key: _looks(row, key) for key, row in value.items() if isinstance(row, Mapping) and key != "look"}
+    kept = {key: row for key, row in inner.items() if row or within in ("parts", "links")}
     return kept | ({"look": value["look"]} if "look" in value else {})
