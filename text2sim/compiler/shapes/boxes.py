@@ -38,6 +38,20 @@ def union(boxes: Iterable[Bounds]) -> Bounds:
     return around(corner for box in boxes for corner in box)
 
 
+def crosses(box: Bounds, start: Vec, end: Vec) -> bool:
+    """Return whether the line from `start` to `end` [m] goes through a box, and not only begins in it."""
+    first, last = 0.0, 1.0
+    for a, b, low, high in zip(start, end, *box, strict=True):
+        slope = b - a
+        if abs(slope) < 1e-12:
+            if not low <= a <= high:
+                return False
+            continue
+        near, far = sorted(((low - a) / slope, (high - a) / slope))
+        first, last = max(first, near), min(last, far)
+    return first < last
+
+
 def apart(a: Bounds, b: Bounds, slack: float = 0.0) -> bool:
     """Return whether two boxes do not overlap, or by no more than `slack` [m] along some axis.
 

@@ -5,7 +5,7 @@ import math
 from text2sim.compiler.belts import carriers, world_velocity
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.prescribed import displacement, displacements
-from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, apart, around, grown, swept
+from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, apart, around, grown, swept, union
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.soft.lowering import mass
 from text2sim.compiler.soft.solvers import is_soft
@@ -68,7 +68,8 @@ class Whereabouts:
             return grown(swept(box, displacements(copy.model.motion)), size / 2)
         if not self.facts.free(copy) and not is_soft(copy.model):
             balls = self.facts.once(LinkReach).body(copy)
-            return _around_balls(balls) if balls else grown(box, HELD_REACH * size)
+            boxes = [grown((center, center), radius) for center, radius in balls]
+            return union(boxes) if boxes else grown(box, HELD_REACH * size)
         low, high = swept(grown(box, size / 2), self._displacement_box(copy))
         floor = self._floor() - size if self.facts.case.scene.gravity[2] < 0 else -math.inf
         return (low[0], low[1], max(low[2], floor)), high
@@ -108,8 +109,3 @@ class Whereabouts:
 def _scaled(displacement: Vec, times: float) -> Vec:
     x, y, z = (max(-MAX_DISTANCE, min(c * times, MAX_DISTANCE)) for c in displacement)
     return x, y, z
-
-
-def _around_balls(balls: list[tuple[Vec, float]]) -> Bounds:
-    boxes = [grown((center, center), radius) for center, radius in balls]
-    return around(corner for box in boxes for corner in box)
