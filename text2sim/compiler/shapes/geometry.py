@@ -1,6 +1,7 @@
 """Geometry of shapes: their convex pieces, their drawn surface and volume."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -189,17 +190,7 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
         ]
         return found or None
     if isinstance(shape, Mesh):
-        return [
-            VisualMesh(
-                paint.vertices * shape.scale,
-                paint.faces,
-                paint.normals,
-                uvs=paint.uvs,
-                picture=paint.picture,
-                rgba=paint.rgba,
-            )  # fmt: skip
-            for paint in load_paint(shape.file, folder)
-        ]
+        return [replace(mesh, vertices=mesh.vertices * shape.scale) for mesh in load_paint(shape.file, folder)]
     if isinstance(shape, Sculpt):
         return sculpted(shape).visuals()
     if isinstance(shape, Fragment):
