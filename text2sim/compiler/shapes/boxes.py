@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.rotation import Vec, vector_minus, vector_plus, vector_times
 
 Bounds = tuple[Vec, Vec]
 """Lowest and highest corner [m]."""
@@ -14,6 +14,21 @@ def around(points: Iterable[Vec]) -> Bounds:
     """Return the box around one or more points."""
     x, y, z = zip(*points, strict=True)
     return (min(x), min(y), min(z)), (max(x), max(y), max(z))
+
+
+def around_balls(balls: Iterable[tuple[Vec, float]]) -> Bounds:
+    """Return the box around one or more balls, each with its centre [m] and radius [m]."""
+    return union(grown((center, center), radius) for center, radius in balls)
+
+
+def middle(box: Bounds) -> Vec:
+    """Return the middle [m] of a box."""
+    return vector_times(vector_plus(*box), 0.5)
+
+
+def sides(box: Bounds) -> Vec:
+    """Return the width, depth and height [m] of a box."""
+    return vector_minus(box[1], box[0])
 
 
 def moved(box: Bounds, by: Vec) -> Bounds:

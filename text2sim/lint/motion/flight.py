@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.boxes import Bounds, apart, grown, moved, union
+from text2sim.compiler.shapes.boxes import Bounds, apart, grown, moved, sides, union
 from text2sim.compiler.shapes.rotation import Vec, vector_dot, vector_minus, vector_plus, vector_times
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Ground, StandingPart, sides
+from text2sim.lint.parts import Ground, StandingPart
 from text2sim.spec_schema.models.bodies import FreeMount, Rigid
 
 MAX_RESTING_GAP = 0.002

@@ -5,14 +5,13 @@ import math
 from text2sim.compiler.belts import carriers, world_velocity
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.prescribed import displacement, displacements
-from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, apart, around, grown, swept, union
+from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, apart, around, around_balls, grown, sides, swept
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.soft.lowering import mass
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.flight import flight_of
 from text2sim.lint.motion.reach import LinkReach
-from text2sim.lint.parts import sides
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.names.selectors import body_of
 
@@ -68,8 +67,7 @@ class Whereabouts:
             return grown(swept(box, displacements(copy.model.motion)), size / 2)
         if not self.facts.free(copy) and not is_soft(copy.model):
             balls = self.facts.once(LinkReach).body(copy)
-            boxes = [grown((center, center), radius) for center, radius in balls]
-            return union(boxes) if boxes else grown(box, HELD_REACH * size)
+            return around_balls(balls) if balls else grown(box, HELD_REACH * size)
         low, high = swept(grown(box, size / 2), self._displacement_box(copy))
         floor = self._floor() - size if self.facts.case.scene.gravity[2] < 0 else -math.inf
         return (low[0], low[1], max(low[2], floor)), high
