@@ -1,6 +1,7 @@
 """Whereabouts of a body: its probable position at a time, and a box that it hardly leaves."""
 
 import math
+from functools import cache
 
 from text2sim.compiler.belts import carriers, world_velocity
 from text2sim.compiler.placing.placement import Copy
@@ -26,7 +27,8 @@ class Whereabouts:
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
-        self._boxes: dict[str, Bounds] = {}
+        self.box = cache(self._box)
+        """A box [m] that a copy hardly leaves: around its start, its fall and its prescribed motion."""
         self._lowest: float | None = None
 
     # --- at a time ---------------------------------------------------------------------------------------------
@@ -46,12 +48,6 @@ class Whereabouts:
         return flight.end if flight is not None and flight.moves else 0.0
 
     # --- in the whole run --------------------------------------------------------------------------------------
-
-    def box(self, copy: Copy) -> Bounds:
-        """Return a box [m] that a copy hardly leaves: around its start, its fall and its prescribed motion."""
-        if copy.name not in self._boxes:
-            self._boxes[copy.name] = self._box(copy)
-        return self._boxes[copy.name]
 
     def meet(self, a: Copy, b: Copy) -> bool:
         """Return whether two copies could meet, generously estimated."""
