@@ -54,7 +54,13 @@ def union(boxes: Iterable[Bounds]) -> Bounds:
 
 
 def crosses(box: Bounds, start: Vec, end: Vec) -> bool:
-    """Return whether the line from `start` to `end` [m] goes through a box, and not only begins in it."""
+    """Return whether a line goes through a box, and does not only touch it.
+
+    Args:
+        box: The box.
+        start: One end of the line [m].
+        end: Its other end [m].
+    """
     first, last = 0.0, 1.0
     for a, b, low, high in zip(start, end, *box, strict=True):
         slope = b - a

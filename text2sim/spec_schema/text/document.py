@@ -131,7 +131,13 @@ def value_at(data: Any, path: Path) -> Any:
 
 
 def find_value(data: Any, path: Path, missing: Any = None) -> Any:
-    """Return the value at a path of plain data; `missing` if there is none."""
+    """Return the value at a path of plain data.
+
+    Args:
+        data: The data.
+        path: The path.
+        missing: What is returned if there is nothing at the path.
+    """
     for step in path:
         if isinstance(data, dict) and step in data:
             data = data[step]
