@@ -156,6 +156,11 @@ class TriangleMesh:
         return low, high
 
 
+def unit_rows(vectors: Array) -> Array:
+    """Return vectors (..., k) at unit length; those without a length stay so."""
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
+
+
 def scaled_normals(corners: Array) -> Array:
     """Return the normals of triangles (m, 3, 3), as long as twice their areas, (m, 3)."""
     a, b, c = corners.transpose(1, 0, 2)
