@@ -113,13 +113,7 @@ class TriangleMesh:
     @cached_property
     def components(self) -> tuple[int, Array]:
         """Number of connected pieces, and the piece of each triangle, (m,)."""
-        from scipy.sparse import coo_matrix
-        from scipy.sparse.csgraph import connected_components
-
-        size = len(self.vertices)
-        pairs = self.faces[:, [0, 1, 1, 2]].reshape(-1, 2)
-        graph = coo_matrix((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), (size, size))
-        _, labels = connected_components(graph, directed=False)
+        labels = connected(self.faces[:, [0, 1, 1, 2]].reshape(-1, 2), len(self.vertices))
         names, own = np.unique(labels[self.faces[:, 0]], return_inverse=True)
         return len(names), own
 
@@ -162,6 +156,11 @@ class TriangleMesh:
         return low, high
 
 
+def unit_rows(vectors: Array) -> Array:
+    """Return vectors (..., k) at unit length; those without a length stay so."""
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
+
+
 def scaled_normals(corners: Array) -> Array:
     """Return the normals of triangles (m, 3, 3), as long as twice their areas, (m, 3)."""
     a, b, c = corners.transpose(1, 0, 2)
@@ -179,21 +178,25 @@ def signed_volumes(corners: Array) -> Array:
     return np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
 
 
-def welded(surface: TriangleMesh, tolerance: float) -> TriangleMesh:
-    """Return a surface whose vertices within a tolerance [m] of each other are merged."""
+def connected(pairs: Array, count: int) -> Array:
+    """Return for each of `count` points a number that all points have to which pairs (p, 2) connect it, from 0."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
+
+    graph = coo_matrix((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), (count, count))
+    return connected_components(graph, directed=False)[1]
+
+
+def welded(surface: TriangleMesh, tolerance: float) -> TriangleMesh:
+    """Return a surface whose vertices within a tolerance [m] of each other are merged."""
     from scipy.spatial import KDTree
 
     vertices, inverse = np.unique(surface.vertices + 0.0, axis=0, return_inverse=True)
     faces = inverse.reshape(-1)[surface.faces]
     if tolerance > 0:
         pairs = KDTree(vertices).query_pairs(tolerance, output_type="ndarray")
-        size = len(vertices)
-        graph = coo_matrix((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), (size, size))
-        count, label = connected_components(graph, directed=False)
-        first = np.full(count, size)
-        np.minimum.at(first, label, np.arange(size))
+        label = connected(pairs, len(vertices))
+        first = np.unique(label, return_index=True)[1]
         vertices, faces = vertices[first], label[faces]
     used, faces = np.unique(faces, return_inverse=True)
     return replace(surface, vertices=vertices[used], faces=faces.reshape(-1, 3).astype(np.int64))

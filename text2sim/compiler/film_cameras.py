@@ -10,6 +10,7 @@ from text2sim.compiler.looks import has_glass
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.selection import select
+from text2sim.compiler.shapes.boxes import Bounds, apart, around_balls, grown, middle, sides
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.piece import Ball
 from text2sim.compiler.shapes.regions import RegionError
@@ -167,8 +168,8 @@ def derived_camera(scene: FilmedScene) -> dict[str, Any]:
     moving = _to_the_ground(scene.around(scene.moving), scene)
     statics = _near_statics(moving, scene)
     balls = moving + scene.around(statics)
-    low, high = _box(balls)
-    size = _longest(low, high)
+    low, high = box = _box(balls)
+    size = max(sides(box))
     own = 2 * median(radius for _, radius in moving) if moving else size
     room = max(MAX_STRAY_SCENE_SIZES * size, MAX_STRAY_BODY_SIZES * own)
     levels = [copy.pos[2] for copy in _planes(scene)]
@@ -208,7 +209,7 @@ def _bare(scene: FilmedScene) -> dict[str, list[str]]:
         whole = copies[0].model.shape
         drawn = {key: part.model_copy(update={"decor": False}) for key, part in whole.parts.items()}
         size, drawn_size = (
-            _longest(*extents(shape, IDENTITY, scene.points.folder))
+            max(sides(extents(shape, IDENTITY, scene.points.folder)))
             for shape in (whole, whole.model_copy(update={"parts": drawn}))
         )
         if parts == [*whole.solids] and drawn_size > MAX_DECOR_SIZE * size:
@@ -258,8 +259,8 @@ def extent(scene: FilmedScene) -> tuple[Vec, float]:
     """Return the middle [m] of what the film shows at the start, and the radius [m] of a ball around it."""
     moving = scene.around(scene.moving)
     balls = moving + scene.around(_near_statics(moving, scene)) if moving else scene.around(scene.placed)
-    low, high = _box(_to_the_ground(balls, scene))
-    return _rounded((a + b) / 2 for a, b in zip(low, high, strict=True)), round(dist(low, high) / 2, 4)
+    box = _box(_to_the_ground(balls, scene))
+    return _rounded(middle(box)), round(dist(*box) / 2, 4)
 
 
 def ground_planes(scene: FilmedScene) -> list[Copy]:
@@ -317,11 +318,10 @@ def _subject_balls(names: list[str], scene: FilmedScene) -> list[Ball]:
 def _free_direction(names: Any, scene: FilmedScene) -> Vec:
     """Return the direction to a camera whose view of the bodies is free."""
     balls = _to_the_ground(scene.around(names), scene)
-    low, high = _box(balls)
     own = {*scene.moving, *names}
     statics = [copy for name, copies in scene.placed.items() if name not in own for copy in copies]
-    x, y, z = (b - a for a, b in zip(low, high, strict=True))
-    return free_direction([center for center, _ in balls], statics, scene.points, 3 * max(x, y, z), (x, y, z))
+    size = sides(_box(balls))
+    return free_direction([center for center, _ in balls], statics, scene.points, 3 * max(size), size)
 
 
 def _to_the_ground(balls: list[Ball], scene: FilmedScene) -> list[Ball]:
@@ -334,18 +334,14 @@ def _near_statics(moving: list[Ball], scene: FilmedScene) -> list[str]:
     """Return the statics that stand near what moves, and are not too large to be shown with it."""
     if not moving:
         return [name for name in scene.placed if scene.around([name])]
-    low, high = _box(moving)
-    size = _longest(low, high)
+    box = _box(moving)
+    size = max(sides(box))
     found = []
     for name in scene.placed:
         if name in scene.moving or not (balls := scene.around([name])):
             continue
-        first, last = _box(balls)
-        near = all(
-            a < d + MAX_STATIC_DISTANCE * size and b > c - MAX_STATIC_DISTANCE * size
-            for a, b, c, d in zip(first, last, low, high, strict=True)
-        )
-        if near and _longest(first, last) <= MAX_STATIC_SIZE * size:
+        own = _box(balls)
+        if not apart(own, grown(box, MAX_STATIC_DISTANCE * size)) and max(sides(own)) <= MAX_STATIC_SIZE * size:
             found.append(name)
     return found
 
@@ -358,15 +354,8 @@ def _is_plane(copy: Copy) -> bool:
     return getattr(getattr(copy.model, "shape", None), "kind", None) == "plane"
 
 
-def _box(balls: list[Ball]) -> tuple[Vec, Vec]:
-    balls = balls or [((0.0, 0.0, 0.0), 1.0)]
-    a, b, c = (min(center[k] - radius for center, radius in balls) for k in range(3))
-    d, e, f = (max(center[k] + radius for center, radius in balls) for k in range(3))
-    return (a, b, c), (d, e, f)
-
-
-def _longest(low: Vec, high: Vec) -> float:
-    return max(b - a for a, b in zip(low, high, strict=True))
+def _box(balls: list[Ball]) -> Bounds:
+    return around_balls(balls or [((0.0, 0.0, 0.0), 1.0)])
 
 
 def _rounded(point: Any, digits: int = 4) -> Vec:

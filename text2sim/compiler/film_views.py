@@ -5,9 +5,10 @@ from collections.abc import Iterable
 from text2sim.compiler.looks import finish_of_body, hides
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.boxes import crosses, grown
 from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.piece import Piece
-from text2sim.compiler.shapes.rotation import ORIGIN, Quaternion, Vec, quat_conjugate, quat_rotate, vector_unit
+from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_conjugate, quat_rotate, vector_unit
 from text2sim.compiler.trees.tree import tree_pieces
 
 Standing = tuple[Piece, Vec, Quaternion]
@@ -82,9 +83,10 @@ def _crosses(standing: Standing, start: Vec, end: Vec) -> bool:
     piece, pos, quat = standing
     a, b = (_local(piece, _local_to(point, pos, quat)) for point in (start, end))
     if piece.kind == "box":
-        return _through_box(a, b, tuple(side / 2 for side in piece.size))
-    center, radius = piece.ball
-    return _through_box(a, b, (radius / 1.5,) * 3, _local(piece, center))
+        x, y, z = (side / 2 for side in piece.size)
+        return crosses(((-x, -y, -z), (x, y, z)), a, b)
+    center, radius = _local(piece, piece.ball[0]), piece.ball[1]
+    return crosses(grown((center, center), radius / 1.5), a, b)
 
 
 def _local_to(point: Vec, pos: Vec, quat: Quaternion) -> Vec:
@@ -93,17 +95,3 @@ def _local_to(point: Vec, pos: Vec, quat: Quaternion) -> Vec:
 
 def _local(piece: Piece, point: Vec) -> Vec:
     return _local_to(point, piece.pos, piece.quat)
-
-
-def _through_box(a: Vec, b: Vec, half: tuple[float, ...], center: Vec = ORIGIN) -> bool:
-    """Return whether the line from a to b goes through an upright box, and not only begins in it."""
-    first, last = 0.0, 1.0
-    for p, q, h, c in zip(a, b, half, center, strict=True):
-        p, q = p - c, q - c
-        if abs(q - p) < 1e-12:
-            if abs(p) > h:
-                return False
-            continue
-        near, far = sorted(((-h - p) / (q - p), (h - p) / (q - p)))
-        first, last = max(first, near), min(last, far)
-    return first < last

@@ -1,6 +1,7 @@
 """Visual shapes of bodies from URDF files."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from io import BytesIO
 from math import degrees
 from pathlib import PurePosixPath
@@ -10,8 +11,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from text2sim.assets.mechanism import Mechanism
-from text2sim.compiler.shapes.meshfile import turn_upright
-from text2sim.compiler.shapes.meshpaint import MAX_SMOOTH_ANGLE, MAX_SMOOTHED_FACES, material_of
+from text2sim.compiler.shapes.meshpaint import visuals_of
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec, quat_from_euler_deg
 from text2sim.compiler.shapes.surface import VisualMesh
@@ -74,17 +74,7 @@ def _meshes(name: str, files: dict[str, bytes], scale: np.ndarray) -> list[Visua
     scene: Any = trimesh.load(
         BytesIO(files[name]), file_type=suffix[1:], force="scene", process=False, resolver=_Files(files)
     )  # type: ignore[arg-type]
-    found = []
-    for mesh in scene.dump():
-        uvs, picture, rgba = material_of(mesh)
-        if uvs is None and len(mesh.faces) <= MAX_SMOOTHED_FACES:
-            mesh = trimesh.graph.smooth_shade(mesh, angle=MAX_SMOOTH_ANGLE)
-        path: Any = PurePosixPath(name)
-        vertices = turn_upright(np.asarray(mesh.vertices, float), path) * scale
-        normals = turn_upright(np.asarray(mesh.vertex_normals, float), path)
-        faces = np.asarray(mesh.faces, np.int64)
-        found.append(VisualMesh(vertices, faces, normals, uvs=uvs, picture=picture, rgba=rgba))
-    return found
+    return [replace(mesh, vertices=mesh.vertices * scale) for mesh in visuals_of(scene, PurePosixPath(name))]
 
 
 class _Files(dict[str, bytes]):

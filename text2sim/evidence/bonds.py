@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.assets.surface import connected
 from text2sim.evidence.recorded_case import RecordedCase, links_of
 from text2sim.evidence.selection import RecordedTarget
-from text2sim.evidence.tearing import connected
 from text2sim.recording.bonds import BondRecord
 from text2sim.recording.states import Array
 

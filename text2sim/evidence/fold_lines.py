@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from text2sim.assets.surface import triangle_areas
+from text2sim.assets.surface import triangle_areas, unit_rows
 from text2sim.evidence.deformation import DeformationError, triangles
 from text2sim.evidence.swings import turning_points
 from text2sim.recording.deformables import RecordedDeformable
@@ -63,14 +63,10 @@ def folds_of_lines(body: RecordedDeformable, axis: int) -> Array:
 
 def _count(line: Array, normals: Array) -> int:
     """Return the number of folds of a line (n, 3) with normals (n, 3) of any length."""
-    tangents = _unit(np.diff(line, axis=0))
-    bends = (np.diff(tangents, axis=0) * _unit(normals[1:-1])).sum(axis=1)
+    tangents = unit_rows(np.diff(line, axis=0))
+    bends = (np.diff(tangents, axis=0) * unit_rows(normals[1:-1])).sum(axis=1)
     slopes = np.concatenate([[0.0], np.cumsum(2.0 * np.arcsin(np.clip(bends / 2.0, -1.0, 1.0)))])
     return (len(turning_points(slopes, LEAST_BEND)) + 1) // 2
-
-
-def _unit(rows: Array) -> Array:
-    return rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-30)
 
 
 def _cut(start: Array, faces: Array, height: Array, step: float) -> list:

@@ -9,6 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from text2sim.assets.surface import connected
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
 
@@ -94,12 +95,3 @@ def _labels(points: Array, reach: float) -> Array:
     from scipy.spatial import KDTree
 
     return connected(KDTree(points).query_pairs(reach, output_type="ndarray"), len(points))
-
-
-def connected(pairs: Array, count: int) -> Array:
-    """Return the number of the connected component of each of `count` things, given the pairs that are tied, (n, 2)."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    ties = coo_matrix((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    return connected_components(ties, directed=False)[1]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from text2sim.assets.surface import unit_rows
 from text2sim.exchange.files import move_into_place, save_picture, temporary_folder_beside
 from text2sim.exchange.glb import Glb
 from text2sim.exchange.materials import ExportMaterial
@@ -131,7 +132,7 @@ class _Writer:
     def _primitive(self, vertices: Array, faces: Any, normals: Array, uvs: Array | None) -> dict[str, Any]:
         attributes = {
             "POSITION": self.glb.floats(vertices, bounds=True, vertices=True),
-            "NORMAL": self.glb.floats(_unit(normals), vertices=True),
+            "NORMAL": self.glb.floats(unit_rows(normals), vertices=True),
         }
         if uvs is not None:  # glTF has the origin of pictures at the upper left
             attributes["TEXCOORD_0"] = self.glb.floats(uvs * (1, -1) + (0, 1), vertices=True)
@@ -154,11 +155,11 @@ class _Writer:
         return number
 
     def _surface(self, figure: Figure, frames: list[int]) -> tuple[dict[str, Any], list[dict[str, int]]]:
-        first, lying = figure.points(frames[0]), _unit(figure.normals(frames[0]))
+        first, lying = figure.points(frames[0]), unit_rows(figure.normals(frames[0]))
         targets = [
             {
                 "POSITION": self.glb.floats(figure.points(k) - first, bounds=True, vertices=True),
-                "NORMAL": self.glb.floats(_unit(figure.normals(k)) - lying, vertices=True),
+                "NORMAL": self.glb.floats(unit_rows(figure.normals(k)) - lying, vertices=True),
             }
             for k in frames[1:]
         ]
@@ -193,7 +194,7 @@ class _Writer:
 
     def _animate(self, number: int, node: dict[str, Any], times: Array, pos: Array, quat: Array) -> None:
         node["translation"], node["rotation"] = pos[0].tolist(), _gltf_quaternion(quat[0])
-        turned = _unit(np.roll(quat, -1, axis=1))
+        turned = unit_rows(np.roll(quat, -1, axis=1))
         for path, values in (("translation", pos), ("rotation", turned)):
             if (values != values[0]).any():
                 kept = keyframe_rows(values)
@@ -240,10 +241,6 @@ class _Writer:
         return self._textures[source]
 
 
-def _unit(vectors: Array) -> Array:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
-
-
 def _gltf_quaternion(quat: Array) -> list[float]:
     """An orientation (w, x, y, z) in the order of glTF."""
-    return np.roll(_unit(quat), -1).tolist()
+    return np.roll(unit_rows(quat), -1).tolist()

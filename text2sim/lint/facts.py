@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Callable, Iterator
-from functools import cached_property, wraps
+from functools import cache, cached_property, wraps
 from typing import Any, TypeVar
 
 from text2sim.compiler.build import Resolution
 from text2sim.compiler.masses import masses_of
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes import geometry
-from text2sim.compiler.shapes.boxes import Bounds, union
+from text2sim.compiler.shapes.boxes import Bounds, moved, union
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_rotate, vector_dot
@@ -51,8 +51,10 @@ class Facts:
         self.plan = resolution.plan
         self.case = resolution.loaded.case
         self.folder = resolution.loaded.folder
-        self._parts: dict[str, list[StandingPart]] = {}
-        self._boxes: dict[str, Bounds | None] = {}
+        self.parts = cache(self._find_parts)
+        """The convex pieces by which a copy collides, at their start poses; none for a plane."""
+        self.box = cache(self._find_box)
+        """The bounding box [m] of a copy at the start; None for a plane."""
         self._extents: dict[tuple[int, Quaternion], Bounds] = {}
         self._thinnest: dict[int | str, float] = {}
         self._made: dict[Any, Any] = {}
@@ -192,34 +194,24 @@ class Facts:
         """Return the centre and radius [m] of balls around the pieces of a copy; none for a plane."""
         return self.lowering.balls.get(copy.name, [])
 
-    def parts(self, copy: Copy) -> list[StandingPart]:
-        """Return the convex pieces by which a copy collides, at their start poses; none for a plane."""
-        if copy.name not in self._parts:
-            tree = self.tree(copy)
-            if tree is not None:
-                found = [self._part(geom.piece, copy.pos, copy.quat, False, None) for geom in tree.fixtures]
-                for link, pos, quat, moves in tree_links(tree, copy.pos, copy.quat):
-                    geoms = (geom for geom in link.geoms if geom.touches)
-                    found += [self._part(geom.piece, pos, quat, moves, link.name) for geom in geoms]
-            elif copy.shape is None or copy.shape.kind == "plane":
-                found = []
-            else:
-                pieces, moves = geometry.pieces(copy.shape, self.folder), self.moves(copy)
-                found = [self._part(piece, copy.pos, copy.quat, moves, None) for piece in pieces]
-            self._parts[copy.name] = found
-        return self._parts[copy.name]
+    def _find_parts(self, copy: Copy) -> list[StandingPart]:
+        tree = self.tree(copy)
+        if tree is not None:
+            found = [self._part(geom.piece, copy.pos, copy.quat, False, None) for geom in tree.fixtures]
+            for link, pos, quat, moves in tree_links(tree, copy.pos, copy.quat):
+                geoms = (geom for geom in link.geoms if geom.touches)
+                found += [self._part(geom.piece, pos, quat, moves, link.name) for geom in geoms]
+            return found
+        if copy.shape is None or copy.shape.kind == "plane":
+            return []
+        pieces, moves = geometry.pieces(copy.shape, self.folder), self.moves(copy)
+        return [self._part(piece, copy.pos, copy.quat, moves, None) for piece in pieces]
 
     def _part(self, piece: Piece, pos: Vec, quat: Quaternion, moves: bool, link: str | None) -> StandingPart:
         mesh = piece_mesh(piece, self.folder) if piece.collision in ("decompose", "exact") else None
         return StandingPart(piece, pos, quat, moves, link, mesh)
 
-    def box(self, copy: Copy) -> Bounds | None:
-        """Return the bounding box [m] of a copy at the start; None for a plane."""
-        if copy.name not in self._boxes:
-            self._boxes[copy.name] = self._box(copy)
-        return self._boxes[copy.name]
-
-    def _box(self, copy: Copy) -> Bounds | None:
+    def _find_box(self, copy: Copy) -> Bounds | None:
         if copy.shape is not None and copy.shape.kind == "plane":
             return None
         tree = self.tree(copy)
@@ -230,8 +222,7 @@ class Facts:
         key = (id(copy.shape), copy.quat)
         if key not in self._extents:
             self._extents[key] = extents(copy.shape, copy.quat, self.folder)
-        (x, y, z), ((a, b, c), (d, e, f)) = copy.pos, self._extents[key]
-        return (x + a, y + b, z + c), (x + d, y + e, z + f)
+        return moved(self._extents[key], copy.pos)
 
     def thinnest(self, copy: Copy) -> float:
         """Return the smallest thickness [m] of the movable pieces of a copy; infinite if there are none."""

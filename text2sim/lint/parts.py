@@ -8,7 +8,7 @@ from itertools import product
 from typing import NamedTuple
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.boxes import Bounds, apart
+from text2sim.compiler.shapes.boxes import Bounds, apart, sides
 from text2sim.compiler.shapes.meshfile import MeshFile
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import (
@@ -20,7 +20,6 @@ from text2sim.compiler.shapes.rotation import (
     quat_rotate,
     quat_to_rows,
     vector_cross,
-    vector_minus,
     vector_unit,
 )
 from text2sim.compiler.shapes.solid import Solid
@@ -117,11 +116,6 @@ class Ground(NamedTuple):
             a, b, c = quat_rotate(quat_conjugate(self.copy.quat), (a - x, b - y, c - z))
             return max(abs(a), abs(b)) - self.half
         return max(abs(a - x), abs(b - y)) - self.half
-
-
-def sides(box: Bounds) -> Vec:
-    """Return the width, depth and height [m] of a box."""
-    return vector_minus(box[1], box[0])
 
 
 def lowest_of(box: Bounds, up: Vec) -> float:

@@ -1,6 +1,7 @@
 """Textures of bodies, scaled for a page."""
 
 import tempfile
+from functools import cache
 from pathlib import Path
 
 from text2sim.evidence.page import data_uri
@@ -22,14 +23,9 @@ class Pictures:
 
     def __init__(self, notes: list[str]) -> None:
         self.uris: list[str] = []
-        self._numbers: dict[Path, int | None] = {}
+        self.add = cache(self._take)
+        """The index of a picture, by its path; None if it is too large or cannot be read."""
         self._notes = notes
-
-    def add(self, path: Path) -> int | None:
-        """Return the index of a picture; None if it is too large or cannot be read."""
-        if path not in self._numbers:
-            self._numbers[path] = self._take(path)
-        return self._numbers[path]
 
     def _take(self, path: Path) -> int | None:
         with tempfile.TemporaryDirectory() as folder:

@@ -15,7 +15,7 @@ from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.names.references import check_references
 from text2sim.spec_schema.paths import dotted
 from text2sim.spec_schema.reuse.library import prefab_problems
-from text2sim.spec_schema.text.document import Path, parse_document, parse_pointer
+from text2sim.spec_schema.text.document import Path, find_value, parse_document, parse_pointer
 from text2sim.spec_schema.text.source import Source, read_source
 
 
@@ -108,7 +108,7 @@ def _opposed_entries(versions: tuple[Any, Any, Any], problems: Sequence[Problem]
         place = _changed(ours, theirs, parse_pointer(problem.path))
         if place is None:
             continue
-        words = {word for side in (ours, theirs) for word in _words_in(_value_at(side, place))}
+        words = {word for side in (ours, theirs) for word in _words_in(find_value(side, place, NOTHING))}
         culprits = [path for path in gone if path[-1] in words and not _overlap(path, place)]
         found |= {place, *culprits}
     return sorted(path for path in found if not any(path != other and path[: len(other)] == other for other in found))
@@ -118,7 +118,7 @@ def _changed(ours: Any, theirs: Any, path: Path) -> Path | None:
     """The shortest prefix of a path at which the sides differ and are not both mappings; None if they agree."""
     for depth in range(1, len(path) + 1):
         prefix = path[:depth]
-        mine, others = _value_at(ours, prefix), _value_at(theirs, prefix)
+        mine, others = (find_value(side, prefix, NOTHING) for side in (ours, theirs))
         if identical(mine, others):
             return None
         if not isinstance(mine, dict) or not isinstance(others, dict):
@@ -147,17 +147,6 @@ def _words_in(value: Any) -> Iterator[str]:
             yield from _words_in(item)
     elif isinstance(value, str):
         yield from "".join(c if c.isalnum() or c == "_" else " " for c in value).split()
-
-
-def _value_at(data: Any, path: Path) -> Any:
-    for step in path:
-        if isinstance(data, list) and str(step).isdigit() and int(step) < len(data):
-            data = data[int(step)]
-        elif isinstance(data, dict) and step in data:
-            data = data[step]
-        else:
-            return NOTHING
-    return data
 
 
 def _overlap(a: Path, b: Path) -> bool:

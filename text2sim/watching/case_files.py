@@ -2,7 +2,7 @@
 
 import os
 import stat
-from hashlib import blake2b
+from hashlib import file_digest
 from pathlib import Path
 from time import monotonic, sleep, time
 from typing import Literal
@@ -100,9 +100,6 @@ def _digest(path: Path) -> str:
         with open(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb") as stream:
             if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
                 return ""
-            digest = blake2b(digest_size=16)
-            while block := stream.read(1 << 20):
-                digest.update(block)
-            return digest.hexdigest()
+            return file_digest(stream, "blake2b").hexdigest()
     except OSError:
         return ""

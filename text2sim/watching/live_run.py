@@ -1,6 +1,5 @@
 """Live runs: simulations of versions of a watched case, each in its own folder."""
 
-import json
 from dataclasses import dataclass, field
 from functools import cached_property
 from hashlib import sha256
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from text2sim import __version__
 from text2sim.compiler.provenance import provenance
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.whole_files import write_atomically
+from text2sim.spec_schema.whole_files import write_atomically, write_json
 
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
@@ -99,8 +98,3 @@ class LiveRun:
             "seconds": {name: round(value, 3) for name, value in self.seconds.items()},
         }
         write_json(self.folder / "watch.json", record)
-
-
-def write_json(path: Path, value: Any) -> None:
-    """Write a value as JSON, atomically."""
-    write_atomically(path, json.dumps(value, indent=1, allow_nan=False) + "\n")

@@ -13,10 +13,11 @@ from text2sim.runtime.dialogue import News
 from text2sim.runtime.internal_errors import internal_error_message
 from text2sim.runtime.progress import ProgressTail
 from text2sim.runtime.warm_engine import Engine
+from text2sim.spec_schema.whole_files import write_json
 from text2sim.watching import page_text
 from text2sim.watching.case_files import CaseFiles
 from text2sim.watching.judging import Judge, JudgedTake
-from text2sim.watching.live_run import ENDED_WELL, LiveRun, Version, write_json
+from text2sim.watching.live_run import ENDED_WELL, LiveRun, Version
 from text2sim.watching.page_state import PageState
 from text2sim.watching.protocols import Checked, Listener
 from text2sim.watching.scenes import Packed, Scenes

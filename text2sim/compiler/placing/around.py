@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from text2sim.compiler.placing.group import PlacedGroup
 from text2sim.compiler.placing.place_error import PlaceError
 from text2sim.compiler.placing.sides import lined_up
+from text2sim.compiler.shapes.boxes import middle, sides
 from text2sim.compiler.shapes.geometry import inner_floor
 from text2sim.compiler.shapes.rings import ROUND_ABOUT_Z
 from text2sim.compiler.shapes.rotation import (
@@ -41,11 +42,9 @@ def axis_frame(target: PlacedGroup) -> Quaternion:
     kinds = {getattr(spot.shape, "kind", None) for spot in target.members}
     local = Z_AXIS
     if not kinds <= ROUND_ABOUT_Z:
-        low, high = target.bounds(frame)
-        sides = [b - a for a, b in zip(low, high, strict=True)]
-        longest = max(sides)
-        if sides[2] < longest * (1 - 1e-6):
-            local = X_AXIS if sides[0] >= sides[1] else Y_AXIS
+        wide, deep, tall = sides(target.bounds(frame))
+        if tall < max(wide, deep) * (1 - 1e-6):
+            local = X_AXIS if wide >= deep else Y_AXIS
     x, y, z = quat_rotate(frame, local)
     if z < -1e-9 or (abs(z) <= 1e-9 and (x, y) < (0.0, 0.0)):
         local = (-local[0], -local[1], -local[2])
@@ -96,7 +95,7 @@ def surround(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Ve
     raise error
 
 
-def _centred(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec, frame: Quaternion) -> Iterator[Vec]:
+def _centred(place: Place, subject: PlacedGroup, target: PlacedGroup, own: Vec, frame: Quaternion) -> Iterator[Vec]:
     """Yield shifts that bring the subject on the target's axis.
 
     Its hole is about its own z axis, or else in the middle of its bounds; the target's axis goes through the middle
@@ -104,8 +103,8 @@ def _centred(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Ve
     """
     back = quat_conjugate(frame)
     (low, high), (bottom, top) = subject.bounds(frame), target.bounds(frame)
-    subject_points = [quat_rotate(back, middle), tuple((a + b) / 2 for a, b in zip(low, high, strict=True))]
-    target_points = [tuple((a + b) / 2 for a, b in zip(bottom, top, strict=True))]
+    subject_points = [quat_rotate(back, own), middle((low, high))]
+    target_points = [middle((bottom, top))]
     if len(target.members) == 1:
         target_points.append(quat_rotate(back, target.members[0].pos))
     end = place.alignment(2) or "center"

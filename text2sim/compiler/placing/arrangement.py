@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from text2sim.compiler.placing.around import along_axis
@@ -68,21 +69,10 @@ class PlacementTargets:
 
     def __init__(self, find: Callable[[str, str], list[CopySpot]], sizes: Sizes) -> None:
         self.sizes = sizes
-        self._find = find
-        self._spots: dict[str, list[CopySpot]] = {}
-        self._groups: dict[str, PlacedGroup] = {}
-
-    def spots(self, selector: str, key: str) -> list[CopySpot]:
-        """Return the copies that a selector means."""
-        if selector not in self._spots:
-            self._spots[selector] = self._find(selector, key)
-        return self._spots[selector]
-
-    def group(self, selector: str, key: str) -> PlacedGroup:
-        """Return all that a selector means, as one group."""
-        if selector not in self._groups:
-            self._groups[selector] = PlacedGroup(self.spots(selector, key), self.sizes)
-        return self._groups[selector]
+        self.spots = cache(find)
+        """The copies that a selector means."""
+        self.group = cache(lambda selector, key: PlacedGroup(self.spots(selector, key), sizes))
+        """All that a selector means, as one group."""
 
     def partner(self, entry: PlacementEntry, index: int) -> PlacedGroup:
         """Return what one copy is placed in relation to: the copy of the same index, if brackets name several.

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable
 
-from text2sim.compiler.shapes.boxes import Bounds
+from text2sim.compiler.shapes.boxes import Bounds, middle
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
     Z_AXIS,
@@ -75,8 +75,7 @@ class PlacedGroup:
         """Return the middle [m] of the bounds; of a group of planes, the first one's origin."""
         if not self.members:
             return self.planes[0].pos
-        low, high = self.bounds()
-        return ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2)
+        return middle(self.bounds())
 
     def frame(self) -> Quaternion:
         """Return the orientation that all copies share; that of the world if they do not."""

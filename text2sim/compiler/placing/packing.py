@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from text2sim.compiler.shapes.boxes import Bounds
+from text2sim.compiler.shapes.boxes import Bounds, middle, sides
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
     ORIGIN,
@@ -25,6 +25,7 @@ from text2sim.compiler.shapes.rotation import (
     quat_rotate,
     quat_to_rows,
     rows_apply,
+    vector_times,
 )
 from text2sim.compiler.shapes.space import Space
 from text2sim.spec_schema.models.repeat import Packing
@@ -66,14 +67,12 @@ def grain_of(kind: str | None, bounds: Bounds) -> Grain:
         kind: Kind of the shape; None for what is only known by its bounds.
         bounds: Its bounds [m] in its own frame.
     """
-    low, high = bounds
-    mx, my, mz = ((a + b) / 2 for a, b in zip(low, high, strict=True))
-    hx, hy, hz = ((b - a) / 2 for a, b in zip(low, high, strict=True))
-    middle, half = (mx, my, mz), (hx, hy, hz)
+    center, half = middle(bounds), vector_times(sides(bounds), 0.5)
+    hx, hy, hz = half
     if kind == "sphere":
-        return Grain(middle, half, hx, True, (ORIGIN,), hx)
+        return Grain(center, half, hx, True, (ORIGIN,), hx)
     if kind == "capsule":
-        return Grain(middle, half, hz, False, ((0.0, 0.0, hz - hx), (0.0, 0.0, hx - hz)), hx)
+        return Grain(center, half, hz, False, ((0.0, 0.0, hz - hx), (0.0, 0.0, hx - hz)), hx)
     if kind == "ellipsoid":
         radius = max(half)
     else:
@@ -85,7 +84,7 @@ def grain_of(kind: str | None, bounds: Bounds) -> Grain:
         outline = tuple((wide * math.cos(a), wide * math.sin(a), z) for a in turns for z in (-hz, hz))
     else:
         outline = tuple((x, y, z) for x in (-hx, hx) for y in (-hy, hy) for z in (-hz, hz))
-    return Grain(middle, half, radius, False, outline, 0.0)
+    return Grain(center, half, radius, False, outline, 0.0)
 
 
 def pack(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion]) -> list[tuple[Vec, Quaternion]]:

@@ -30,9 +30,9 @@ LinkFrames = Callable[[Any, Path], dict[str, tuple[Vec, Quaternion]]]
 """Frames [m] of the links of a body that is a tree of them, by name, at the start and in the body's frame."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Copy:
-    """One copy of a body or static, at its start."""
+    """One copy of a body or static, at its start. There is one object for each, so that `functools.cache` takes it."""
 
     name: str
     """`ball`, or `brick[3]`."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.rotation import Vec, vector_minus, vector_plus, vector_times
 
 Bounds = tuple[Vec, Vec]
 """Lowest and highest corner [m]."""
@@ -14,6 +14,21 @@ def around(points: Iterable[Vec]) -> Bounds:
     """Return the box around one or more points."""
     x, y, z = zip(*points, strict=True)
     return (min(x), min(y), min(z)), (max(x), max(y), max(z))
+
+
+def around_balls(balls: Iterable[tuple[Vec, float]]) -> Bounds:
+    """Return the box around one or more balls, each with its centre [m] and radius [m]."""
+    return union(grown((center, center), radius) for center, radius in balls)
+
+
+def middle(box: Bounds) -> Vec:
+    """Return the middle [m] of a box."""
+    return vector_times(vector_plus(*box), 0.5)
+
+
+def sides(box: Bounds) -> Vec:
+    """Return the width, depth and height [m] of a box."""
+    return vector_minus(box[1], box[0])
 
 
 def moved(box: Bounds, by: Vec) -> Bounds:
@@ -36,6 +51,26 @@ def swept(box: Bounds, displacements: Bounds) -> Bounds:
 def union(boxes: Iterable[Bounds]) -> Bounds:
     """Return the smallest box around one or more boxes."""
     return around(corner for box in boxes for corner in box)
+
+
+def crosses(box: Bounds, start: Vec, end: Vec) -> bool:
+    """Return whether a line goes through a box, and does not only touch it.
+
+    Args:
+        box: The box.
+        start: One end of the line [m].
+        end: Its other end [m].
+    """
+    first, last = 0.0, 1.0
+    for a, b, low, high in zip(start, end, *box, strict=True):
+        slope = b - a
+        if abs(slope) < 1e-12:
+            if not low <= a <= high:
+                return False
+            continue
+        near, far = sorted(((low - a) / slope, (high - a) / slope))
+        first, last = max(first, near), min(last, far)
+    return first < last
 
 
 def apart(a: Bounds, b: Bounds, slack: float = 0.0) -> bool:

@@ -7,7 +7,8 @@ from pathlib import Path
 from text2sim.assets.answer_cache import cached_answer
 from text2sim.assets.confined import call_confined
 from text2sim.compiler.shapes.meshfile import MeshFile, errors_about, mesh_path
-from text2sim.compiler.shapes.meshpaint import MeshPaint, read_mesh_and_paint
+from text2sim.compiler.shapes.meshpaint import read_mesh_and_paint
+from text2sim.compiler.shapes.surface import VisualMesh
 from text2sim.spec_schema.errors import AssetError
 
 SINGLE_FILE_SUFFIXES = (".obj", ".stl", ".ply")
@@ -33,7 +34,7 @@ def load_mesh(file: str, folder: Path) -> MeshFile:
         return _mesh(key)
 
 
-def load_paint(file: str, folder: Path) -> list[MeshPaint]:
+def load_paint(file: str, folder: Path) -> list[VisualMesh]:
     """Read what a mesh file of a case looks like, a part for each of its materials; see `load_mesh`.
 
     Raises:
@@ -51,7 +52,7 @@ def _key(file: str, folder: Path) -> Key:
 
 
 @lru_cache(maxsize=4)
-def _read_mesh_and_paint(key: Key) -> tuple[MeshFile, list[MeshPaint] | str]:
+def _read_mesh_and_paint(key: Key) -> tuple[MeshFile, list[VisualMesh] | str]:
     return call_confined(read_mesh_and_paint, *key[:2])
 
 
@@ -64,17 +65,17 @@ def _mesh(key: Key) -> MeshFile:
 
 
 @lru_cache(maxsize=64)
-def _paint(key: Key) -> list[MeshPaint]:
+def _paint(key: Key) -> list[VisualMesh]:
     path = key[0]
     content = path.read_bytes()
     if path.suffix.lower() not in SINGLE_FILE_SUFFIXES or any(word in content for word in REFERRING_WORDS):
         return _read_paints(key)
 
     found = cached_answer((b"paint", *_content(path)), lambda: [vars(part) for part in _read_paints(key)])
-    return [MeshPaint(**part | {"rgba": part["rgba"] and tuple(part["rgba"])}) for part in found]
+    return [VisualMesh(**part | {"rgba": part["rgba"] and tuple(part["rgba"])}) for part in found]
 
 
-def _read_paints(key: Key) -> list[MeshPaint]:
+def _read_paints(key: Key) -> list[VisualMesh]:
     found = _read_mesh_and_paint(key)[1]
     if isinstance(found, str):
         raise AssetError(found)

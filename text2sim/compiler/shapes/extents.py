@@ -7,9 +7,9 @@ from typing import Any
 
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.casemesh import load_mesh
-from text2sim.compiler.shapes.fragment import Fragment
+from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.hulls import MANY_VERTICES
-from text2sim.compiler.shapes.piece import outer_polygon_radius, wall_radii
+from text2sim.compiler.shapes.piece import outer_polygon_radius, piece_reach, wall_radii
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
     X_AXIS,
@@ -29,12 +29,10 @@ from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid
 from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.models.scene import Static
-from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import (
     Compound,
     Cone,
     Cup,
-    Ellipsoid,
     FlatShape,
     Funnel,
     Mesh,
@@ -53,13 +51,8 @@ def _reach_ring(radius: float, height: float, u: Vec) -> float:
     return radius * math.hypot(u[0], u[1]) + height * u[2]
 
 
-def _reach_box(shape: Any, u: Vec, folder: Path) -> float:
-    x, y, z = shape.size
-    return (x * abs(u[0]) + y * abs(u[1]) + z * abs(u[2])) / 2
-
-
-def _reach_ellipsoid(shape: Ellipsoid, u: Vec, folder: Path) -> float:
-    return math.hypot(*(r * c for r, c in zip(shape.radii, u, strict=True)))
+def _reach_piece(shape: Any, u: Vec, folder: Path) -> float:
+    return piece_reach(pieces(shape, folder)[0], u)
 
 
 def _reach_cone(shape: Cone, u: Vec, folder: Path) -> float:
@@ -96,14 +89,6 @@ def _reach_flat(shape: FlatShape, u: Vec, folder: Path) -> float:
     return reach(shape, u, folder)
 
 
-def _reach_sculpt(shape: Sculpt, u: Vec, folder: Path) -> float:
-    return float((sculpted(shape).vertices @ u).max())
-
-
-def _reach_fragment(shape: Fragment, u: Vec, folder: Path) -> float:
-    return float((shape.solid.vertices @ u).max())
-
-
 def _reach_points(shape: Faceted, u: Vec, folder: Path) -> float:
     return max(x * u[0] + y * u[1] + z * u[2] for x, y, z in shape.points)
 
@@ -123,14 +108,14 @@ def _reach_ribbon(shape: Any, u: Vec, folder: Path) -> float:
 
 
 _REACH: dict[str, Callable[[Any, Vec, Path], float]] = {
-    "box": _reach_box,
-    "sphere": lambda shape, u, folder: shape.radius,
+    "box": _reach_piece,
+    "sphere": _reach_piece,
     "stream": lambda shape, u, folder: shape.radius,  # its mouth, whatever its direction
-    "cylinder": lambda shape, u, folder: _reach_ring(shape.radius, shape.height / 2, (u[0], u[1], abs(u[2]))),
-    "capsule": lambda shape, u, folder: shape.radius + shape.length / 2 * abs(u[2]),
+    "cylinder": _reach_piece,
+    "capsule": _reach_piece,
     "polyhedron": _reach_points,
     "rock": _reach_points,
-    "ellipsoid": _reach_ellipsoid,
+    "ellipsoid": _reach_piece,
     "cone": _reach_cone,
     "torus": lambda shape, u, folder: shape.bar_radius + _reach_ring(shape.radius, 0.0, u),
     "tube": _reach_wall,
@@ -140,8 +125,8 @@ _REACH: dict[str, Callable[[Any, Vec, Path], float]] = {
     "text": _reach_flat,
     "sketch": _reach_flat,
     "extrusion": _reach_flat,
-    "sculpt": _reach_sculpt,
-    "fragment": _reach_fragment,
+    "sculpt": lambda shape, u, folder: float((sculpted(shape).vertices @ u).max()),
+    "fragment": lambda shape, u, folder: float((shape.solid.vertices @ u).max()),
     "disc": lambda shape, u, folder: _reach_ring(shape.radius, SHEET_THICKNESS / 2, (u[0], u[1], abs(u[2]))),
     "sleeve": _reach_sleeve,
     "ribbon": _reach_ribbon,

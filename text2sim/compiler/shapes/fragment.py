@@ -2,7 +2,7 @@
 
 from typing import Any, Literal
 
-from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.piece import Piece, hull_piece
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.base import Model
 
@@ -23,11 +23,4 @@ class Fragment(Model):
 
 def fragment_pieces(fragment: Fragment) -> list[Piece]:
     """Return the convex pieces with which a fragment touches others."""
-    return [
-        Piece(
-            "hull",
-            vertices=tuple((x, y, z) for x, y, z in corners.tolist()),
-            faces=tuple((a, b, c) for a, b, c in net.tolist()),
-        )
-        for corners, net in fragment.solid.hulls
-    ]
+    return [hull_piece(corners, net) for corners, net in fragment.solid.hulls]

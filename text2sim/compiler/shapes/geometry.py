@@ -1,6 +1,7 @@
 """Geometry of shapes: their convex pieces, their drawn surface and volume."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,7 +11,7 @@ from text2sim.compiler.shapes.distance_field import field_of
 from text2sim.compiler.shapes.fragment import Fragment, fragment_pieces
 from text2sim.compiler.shapes.hulls import corners_and_sides
 from text2sim.compiler.shapes.meshfile import errors_about
-from text2sim.compiler.shapes.piece import Piece, cone_piece, ring_pieces, wall_pieces, wall_radii
+from text2sim.compiler.shapes.piece import Piece, cone_piece, hull_piece, ring_pieces, wall_pieces, wall_radii
 from text2sim.compiler.shapes.rotation import Z_AXIS, quat_between, quat_of, quat_rotate, vector_times, vector_unit
 from text2sim.compiler.shapes.sagging import disc_pieces, sheet_pieces, sleeve_pieces
 from text2sim.compiler.shapes.sculpting import pieces_of, sculpted
@@ -97,7 +98,7 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
     if kind == "cone":
         return [cone_piece(shape.radius, shape.height, shape.top_radius)]
     if isinstance(shape, Faceted):
-        return [_faceted_piece(shape)]
+        return [hull_piece(*corners_and_sides(shape.points))]
     if kind == "torus":
         return ring_pieces(shape.radius, shape.bar_radius, shape.segments)
     if kind == "mesh":
@@ -146,12 +147,6 @@ def _stream_piece(stream: Stream) -> Piece:
     return Piece("cylinder", pos=vector_times(direction, long / 2), quat=turned, size=(stream.radius, long))
 
 
-def _faceted_piece(shape: Faceted) -> Piece:
-    vertices, faces = corners_and_sides(shape.points)
-    corners = tuple((x, y, z) for x, y, z in vertices.tolist())
-    return Piece("hull", vertices=corners, faces=tuple((a, b, c) for a, b, c in faces.tolist()))
-
-
 def _mesh_piece(shape: Mesh, folder: Path) -> Piece:
     mesh, scale = load_mesh(shape.file, folder), shape.scale
     corners = tuple((x * scale, y * scale, z * scale) for x, y, z in mesh.hull_vertices.tolist())
@@ -189,17 +184,7 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
         ]
         return found or None
     if isinstance(shape, Mesh):
-        return [
-            VisualMesh(
-                paint.vertices * shape.scale,
-                paint.faces,
-                paint.normals,
-                uvs=paint.uvs,
-                picture=paint.picture,
-                rgba=paint.rgba,
-            )  # fmt: skip
-            for paint in load_paint(shape.file, folder)
-        ]
+        return [replace(mesh, vertices=mesh.vertices * shape.scale) for mesh in load_paint(shape.file, folder)]
     if isinstance(shape, Sculpt):
         return sculpted(shape).visuals()
     if isinstance(shape, Fragment):

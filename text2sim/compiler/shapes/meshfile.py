@@ -4,7 +4,7 @@ import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.engine_files import asset_folder
@@ -147,7 +147,7 @@ def open_mesh(path: Path, root: Path, **options: Any) -> Any:
             raise AssetError(MISSING_VERTICES) from None
 
 
-def turn_upright(vectors: "np.ndarray", path: Path) -> "np.ndarray":
+def turn_upright(vectors: "np.ndarray", path: PurePath) -> "np.ndarray":
     """Return vectors of a file, (n, 3), with z up: in glTF y points up."""
     import numpy as np
 

@@ -1,12 +1,12 @@
 """Colours and pictures of a case's mesh files."""
 
-from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.foreign_files import named_errors
 from text2sim.compiler.shapes.meshfile import MeshFile, open_mesh, read_mesh, turn_upright
 from text2sim.compiler.shapes.pictures import picture_bytes
+from text2sim.compiler.shapes.surface import VisualMesh
 from text2sim.spec_schema.errors import AssetError
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
@@ -21,25 +21,7 @@ MAX_SMOOTH_ANGLE = 0.6
 MAX_PICTURE_SIDE = 2048
 
 
-@dataclass(frozen=True, eq=False)
-class MeshPaint:
-    """A part of a mesh file as it is drawn, in the file's unit."""
-
-    vertices: "np.ndarray"
-    """(n, 3) float"""
-    faces: "np.ndarray"
-    """(m, 3) int"""
-    normals: "np.ndarray"
-    """(n, 3) float, unit length"""
-    uvs: "np.ndarray | None"
-    """(n, 2) float"""
-    picture: bytes | None
-    """A .png that `uvs` refer to."""
-    rgba: tuple[float, float, float, float] | None
-    """Colour, each channel in 0..1; None where the file gives none."""
-
-
-def read_mesh_and_paint(path: Path, root: Path) -> tuple[MeshFile, list[MeshPaint] | str]:
+def read_mesh_and_paint(path: Path, root: Path) -> tuple[MeshFile, list[VisualMesh] | str]:
     """Read shape and looks of a file without limits of time and memory; for looks that cannot be read, say why.
 
     Raises:
@@ -52,8 +34,8 @@ def read_mesh_and_paint(path: Path, root: Path) -> tuple[MeshFile, list[MeshPain
         return mesh, str(error)
 
 
-def read_paint(path: Path, root: Path) -> list[MeshPaint]:
-    """Read the looks of a file without limits of time and memory.
+def read_paint(path: Path, root: Path) -> list[VisualMesh]:
+    """Read the looks of a file, in its unit, without limits of time and memory.
 
     Raises:
         AssetError: if it cannot be used.
@@ -64,10 +46,11 @@ def read_paint(path: Path, root: Path) -> list[MeshPaint]:
         # The shape can be used without a material that is missing or outside the case's folder.
         scene = open_mesh(path, root, force="scene", skip_materials=True)
     with named_errors():
-        return _read_parts(scene, path)
+        return visuals_of(scene, path)
 
 
-def _read_parts(scene: Any, path: Path) -> list[MeshPaint]:
+def visuals_of(scene: Any, path: PurePath) -> list[VisualMesh]:
+    """Return the meshes of a scene of trimesh as they are drawn, z up, in the unit of the file that it comes from."""
     import numpy as np
     import trimesh
 
@@ -75,12 +58,13 @@ def _read_parts(scene: Any, path: Path) -> list[MeshPaint]:
     for mesh in scene.dump():
         if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
             continue
-        uvs, picture, rgba = material_of(mesh)
+        uvs, picture, rgba = _material_of(mesh)
         if uvs is None and len(mesh.faces) <= MAX_SMOOTHED_FACES and _count_min_patches(mesh) <= MAX_SMOOTH_PATCHES:
             mesh = trimesh.graph.smooth_shade(mesh, angle=MAX_SMOOTH_ANGLE)
         normals = np.asarray(mesh.vertex_normals, float)
         vertices, normals = turn_upright(np.asarray(mesh.vertices, float), path), turn_upright(normals, path)
-        parts.append(MeshPaint(vertices, np.asarray(mesh.faces, np.int64), normals, uvs, picture, rgba))
+        faces = np.asarray(mesh.faces, np.int64)
+        parts.append(VisualMesh(vertices, faces, normals, uvs=uvs, picture=picture, rgba=rgba))
     return parts
 
 
@@ -89,7 +73,7 @@ def _count_min_patches(mesh: Any) -> int:
     return len(mesh.faces) - int((mesh.face_adjacency_angles < MAX_SMOOTH_ANGLE).sum())
 
 
-def material_of(
+def _material_of(
     mesh: Any,
 ) -> "tuple[np.ndarray | None, bytes | None, tuple[float, float, float, float] | None]":
     """Return texture coordinates, picture and colour of a mesh of trimesh, as far as it has them."""

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from text2sim.compiler.shapes.distance_field import DistanceField
 from text2sim.compiler.shapes.rotation import (
@@ -21,6 +21,9 @@ from text2sim.compiler.shapes.rotation import (
     vector_minus,
 )
 from text2sim.spec_schema.models.shapes import Cup, Funnel, Tube
+
+if TYPE_CHECKING:
+    import numpy as np
 
 Ball = tuple[Vec, float]
 """Centre and radius [m]."""
@@ -138,6 +141,12 @@ class Piece:
             (ax, ay, az), (bx, by, bz), (cx, cy, cz) = self.vertices[i], self.vertices[j], self.vertices[k]
             total += ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
         return total / 6
+
+
+def hull_piece(vertices: "np.ndarray", faces: "np.ndarray") -> Piece:
+    """Return a hull with these corners (n, 3) [m] and triangles (m, 3)."""
+    corners = tuple((x, y, z) for x, y, z in vertices.tolist())
+    return Piece("hull", vertices=corners, faces=tuple((a, b, c) for a, b, c in faces.tolist()))
 
 
 def wall_radii(shape: Tube | Cup | Funnel) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
+from text2sim.assets.surface import unit_rows
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.shapes.sagging import SHEET_BOXES, SHEET_THICKNESS
@@ -92,11 +93,11 @@ def _course(points: tuple[Vec, ...], closed: bool, turns: float, count: int) -> 
     fine = np.linspace(0.0, nodes[-1], FINE * (len(points) - 1) + 1)
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(spline(fine), axis=0), axis=1))])
     # Frames are carried along the fine samples, so that they do not depend on the count.
-    across = _carried(spline(fine), _unit(spline(fine, 1)))
+    across = _carried(spline(fine), unit_rows(spline(fine, 1)))
     wanted = np.interp(np.linspace(0.0, lengths[-1], count + 1), lengths, fine)
-    along = _unit(spline(wanted, 1))
+    along = unit_rows(spline(wanted, 1))
     level = np.column_stack([np.interp(wanted, fine, across[:, k]) for k in range(3)])
-    level = _unit(level - (level * along).sum(axis=1, keepdims=True) * along)
+    level = unit_rows(level - (level * along).sum(axis=1, keepdims=True) * along)
     angle = 2 * np.pi * turns
     if closed:  # what is carried around a loop that is not flat comes back at an angle
         angle += np.arctan2(np.cross(across[-1], across[0]) @ along[0], across[-1] @ across[0])
@@ -110,7 +111,7 @@ def _carried(places: Array, along: Array) -> Array:
     start = np.cross((0.0, 0.0, 1.0), along[0])
     if np.linalg.norm(start) < UPRIGHT:
         start = np.array([0.0, 1.0, 0.0]) - along[0, 1] * along[0]
-    found = [_unit(start)]
+    found = [unit_rows(start)]
     for k in range(len(places) - 1):
         step = places[k + 1] - places[k]
         square = max(step @ step, 1e-300)
@@ -120,7 +121,3 @@ def _carried(places: Array, along: Array) -> Array:
         square = other @ other
         found.append(mirrored if square < 1e-24 else mirrored - 2 / square * (other @ mirrored) * other)
     return np.array(found)
-
-
-def _unit(vectors: Array) -> Array:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)

@@ -1,6 +1,6 @@
 """Sculpted shapes for the rest of the compiler, kept in memory and in the user's cache."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
@@ -12,7 +12,7 @@ from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.distance_field import field_of
 from text2sim.compiler.shapes.hulls import outward_hull
 from text2sim.compiler.shapes.meshfile import MeshFile, obj_text
-from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.piece import Piece, hull_piece
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.shapes.surface import VisualMesh
 from text2sim.spec_schema.models.sculpts import Sculpt
@@ -141,7 +141,7 @@ def pieces_of(shape: Sculpt) -> list[Piece]:
     sculpture = sculpted(shape)
     if shape.collision in ("decompose", "exact"):
         return [whole_piece(sculpture, shape.collision)]
-    return [Piece("hull", vertices=_rows(corners), faces=_rows(net)) for corners, net in sculpture.hulls]
+    return [hull_piece(corners, net) for corners, net in sculpture.hulls]
 
 
 def whole_piece(sculpture: Sculpted, collision: str) -> Piece:
@@ -160,14 +160,10 @@ def whole_piece(sculpture: Sculpted, collision: str) -> Piece:
         used, net = outward_hull(sculpture.vertices)
         corners = sculpture.vertices[used]
     field = field_of(sculpture.vertices, sculpture.faces, None) if collision == "exact" else None
-    return Piece(
-        "mesh", size=(1.0,), vertices=_rows(corners), faces=_rows(net), file=DIGEST_PREFIX + sculpture.digest,
+    return replace(
+        hull_piece(corners, net), kind="mesh", size=(1.0,), file=DIGEST_PREFIX + sculpture.digest,
         enclosed=sculpture.volume, collision=collision, field=field,
     )  # fmt: skip
-
-
-def _rows(array: Any) -> tuple[Any, ...]:
-    return tuple((a, b, c) for a, b, c in array.tolist())
 
 
 def _recalled(shape: Sculpt, key: str) -> Sculpted:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from text2sim.compiler.memory import ObjectKey
-from text2sim.compiler.shapes.boxes import Bounds
+from text2sim.compiler.shapes.boxes import Bounds, middle, sides
 from text2sim.compiler.shapes.extents import TreeExtents, body_extents, extents
 from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.piece import Piece
@@ -88,10 +88,8 @@ class Sizes:
             if self._tree_pieces is not None:
                 self._trees[key] = self._tree_pieces(spot.model, self.folder)
             else:
-                low, high = self.of(spot, IDENTITY)
-                x, y, z = ((a + b) / 2 for a, b in zip(low, high, strict=True))
-                size = tuple(b - a for a, b in zip(low, high, strict=True))
-                self._trees[key] = [(Piece("box", size=size), (x, y, z), IDENTITY)]
+                box = self.of(spot, IDENTITY)
+                self._trees[key] = [(Piece("box", size=sides(box)), middle(box), IDENTITY)]
         return self._trees[key]
 
     def solids(self, spot: CopySpot) -> list[Solid]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.answer_cache import cached_answer
 from text2sim.compiler.memory import Memory
+from text2sim.compiler.shapes.boxes import sides
 from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.geometry import key_of, volume
@@ -170,8 +171,7 @@ def _union(shape: Compound, folder: Path) -> "Manifold":
 
     solids = []
     for name, part in shape.solids.items():
-        low, high = extents(part.shape, IDENTITY, folder)
-        size = max(b - a for a, b in zip(low, high, strict=True))
+        size = max(sides(extents(part.shape, IDENTITY, folder)))
         mesh = soft_surface(part.shape, folder, size / UNION_EDGES, coarsen=not isinstance(part.shape, Mesh))
         turn = np.array(quat_to_rows(quat_of(part.pose))).T
         solid = Manifold(Mesh64(mesh.vertices @ turn + np.array(part.pose.pos), mesh.faces.astype(np.uint64)))
@@ -194,8 +194,7 @@ def hull_area(shape: Any, folder: Path) -> float:
     if isinstance(shape, Mesh):
         mesh = load_mesh(shape.file, folder)
         return surface_area(mesh.vertices, mesh.faces) * shape.scale**2
-    low, high = extents(shape, IDENTITY, folder)
-    hull = soft_surface(shape, folder, max(b - a for a, b in zip(low, high, strict=True)) / HULL_EDGES)
+    hull = soft_surface(shape, folder, max(sides(extents(shape, IDENTITY, folder))) / HULL_EDGES)
     return surface_area(hull.vertices, hull.faces)
 
 
@@ -253,8 +252,7 @@ def _longest(shape: Any, folder: Path) -> float:
         return max(shape.size)
     if isinstance(shape, Ribbon):
         return _ribbon_length(shape)
-    low, high = extents(shape, IDENTITY, folder)
-    return max(b - a for a, b in zip(low, high, strict=True))
+    return max(sides(extents(shape, IDENTITY, folder)))
 
 
 def _sheet(sheet: Sheet, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from text2sim.compiler.shapes.boxes import middle, sides
 from text2sim.compiler.shapes.rotation import (
     Z_AXIS,
     Rows,
@@ -12,6 +13,7 @@ from text2sim.compiler.shapes.rotation import (
     quat_rotate,
     quat_to_rows,
     rows_apply,
+    vector_times,
     vector_unit,
 )
 from text2sim.spec_schema.models.space import BoxRegion, CylinderRegion, SphereRegion
@@ -29,10 +31,9 @@ class Space:
         self._turn: Rows | None = None
         """Into the region's frame; None where it has the axes of the world."""
         if isinstance(region, BoxRegion):
-            mx, my, mz = ((a + b) / 2 for a, b in zip(region.min, region.max, strict=True))
-            hx, hy, hz = ((b - a) / 2 for a, b in zip(region.min, region.max, strict=True))
-            self.middle, self.half, self.radius = (mx, my, mz), (hx, hy, hz), 0.0
-            self.volume = 8 * hx * hy * hz
+            box = region.min, region.max
+            self.middle, self.half, self.radius = middle(box), vector_times(sides(box), 0.5), 0.0
+            self.volume = math.prod(sides(box))
             return
         r = self.radius = region.radius
         self.middle = region.center

@@ -114,20 +114,10 @@ class LazyMesh(VisualMesh):
     def _made(self) -> VisualMesh:
         return self.__dict__["_make"]()
 
-    @cached_property
-    def vertices(self) -> "np.ndarray":  # type: ignore[override]
-        """(n, 3) float [m]."""
-        return self._made.vertices
-
-    @cached_property
-    def faces(self) -> "np.ndarray":  # type: ignore[override]
-        """(m, 3) int."""
-        return self._made.faces
-
-    @cached_property
-    def normals(self) -> "np.ndarray":  # type: ignore[override]
-        """(n, 3) float, unit length."""
-        return self._made.normals
+    def __getattr__(self, name: str) -> Any:
+        if name not in ("vertices", "faces", "normals"):
+            raise AttributeError(name)
+        return getattr(self._made, name)
 
     def at(self, pos: Vec, quat: Quaternion, part: str | None) -> VisualMesh:
         """Return the surface in the frame around (`pos`, `quat`).

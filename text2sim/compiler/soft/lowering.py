@@ -8,6 +8,7 @@ from typing import Any
 from text2sim.compiler.looks import decoration_of, finish_of_body, one_color, rgba_of
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, Surface
+from text2sim.compiler.shapes.boxes import middle
 from text2sim.compiler.shapes.piece import Ball
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, quat_rotate
 from text2sim.compiler.shapes.softmesh import hull_area, solid_volume, tet_options
@@ -82,9 +83,8 @@ class SoftLowering:
                 getattr(model.material, "adhesion", None) or None,
             ),
         )
-        low, high = extents_of(copy, self.meshes.folder)
-        middle = ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2)
-        return entity, (middle, dist(low, high) / 2)
+        box = extents_of(copy, self.meshes.folder)
+        return entity, (middle(box), dist(*box) / 2)
 
     def coupled(self, entity: EntityPlan, model: Any, tree: Tree | None) -> EntityPlan:
         """Return a rigid entity with what the coupler must know about it, such as its friction on deformable bodies.

@@ -7,6 +7,7 @@ from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.boxes import sides
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.shapes.softmesh import hull_area, solid_volume
@@ -132,8 +133,7 @@ def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
     if shape.kind == "disc":
         wide = 2 * (shape.radius - shape.hole)
         return min(wide, shape.area / wide), max(wide, shape.area / wide)
-    low, high = extents(shape, IDENTITY, folder)
-    _, short, long = sorted(b - a for a, b in zip(low, high, strict=True))
+    _, short, long = sorted(sides(extents(shape, IDENTITY, folder)))
     if shape.kind == "mesh":
         return short, long
     wide = 2 * short

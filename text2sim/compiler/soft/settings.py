@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.boxes import Bounds
+from text2sim.compiler.shapes.boxes import Bounds, sides
 from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.gas import gas_step
 from text2sim.compiler.soft.materials import DAMPING
@@ -304,7 +304,7 @@ def _pbd(
     if bending is None:
         bending, why["bending_iterations"] = 1, "as the engine has it"
     reach = HASH_CELLS_PER_AXIS * HASH_CELL_DISTANCES * size
-    x, y, z = (round(min(b - a, reach), 6) for a, b in zip(low, high, strict=True))
+    x, y, z = (round(min(side, reach), 6) for side in sides((low, high)))
     return PbdSettings(size, low, high, stretch, bending, (x, y, z))
 
 

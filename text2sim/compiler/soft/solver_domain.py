@@ -8,7 +8,7 @@ from math import dist, hypot, prod, sqrt
 from pathlib import Path
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, apart, around, grown, moved, swept
+from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, apart, around, grown, middle, moved, sides, swept, union
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.rotation import Z_AXIS, Vec, quat_rotate, vector_unit
 from text2sim.compiler.soft.solvers import is_soft, touches_soft
@@ -133,10 +133,10 @@ def domain_box(
         for copy, box in zip(copies, boxes, strict=True)
     ]
     reach = max(_sideways_reach(c, box, fall, scene) for c, box, fall in zip(copies, boxes, falls, strict=True))
-    length = max(max(b - a for a, b in zip(*box, strict=True)) for box in boxes)
+    length = max(max(sides(box)) for box in boxes)
     for part in (1.0, 0.5, 0.25):
         box = _domain_box(copies, own, surroundings, scene, travel, margin, length, part * reach)
-        if prod(b - a for a, b in zip(*box, strict=True)) <= volume:
+        if prod(sides(box)) <= volume:
             break
     return box
 
@@ -156,11 +156,11 @@ def path_bounds(copy: Copy, surroundings: Surroundings, scene: Scene, travel: Tr
     """
     box = swept(extents_of(copy, folder), travel.holds.get(copy.name, NOWHERE))
     x, y, z = _fall(*box, surroundings, scene, math.inf)
-    middle = (box[0][0] + box[1][0]) / 2, (box[0][1] + box[1][1]) / 2
+    center = middle(box)
     below = [
         b[2]
         for a, b in surroundings.solids
-        if all(a[k] < middle[k] < b[k] for k in (0, 1)) and b[2] <= box[0][2] + MAX_RESTING_GAP
+        if all(a[k] < center[k] < b[k] for k in (0, 1)) and b[2] <= box[0][2] + MAX_RESTING_GAP
     ]
     z = max(z, min(max(below, default=-MAX_FOLLOWED_DISTANCE) - box[0][2], 0.0)) if z < 0.0 else z
     z = max(z, -_hanging(copy, box, travel))
@@ -178,8 +178,7 @@ def _flown(
 ) -> Bounds:
     floors = [floor for floor in surroundings.floors if floor <= box[0][2] + MAX_RESTING_GAP]
     if copy.name in travel.spins:
-        (a, b, c), (d, e, f) = box
-        box = _turned_about(((a + d) / 2, (b + e) / 2, (c + f) / 2), box)
+        box = _turned_about(middle(box), box)
     box = swept(box, _box(travel.flights.get(copy.name)))
     box = swept(box, _box(_thrown(travel.starts.get(copy.name), fall, scene, farthest)))
     fallen = swept(box, _box(fall))
@@ -202,7 +201,7 @@ def _turned_about(pivot: Vec, box: Bounds) -> Bounds:
 
 def _slid(box: Bounds, axis: Vec) -> Bounds:
     """Return where what lies on a solid gets when that turns about an axis: off it, and on by half of its length."""
-    half = max(b - a for a, b in zip(*box, strict=True)) / 2
+    half = max(sides(box)) / 2
     on = tuple(half * sqrt(max(0.0, 1 - part * part)) for part in axis)
     low, high = box
     return (low[0] - on[0], low[1] - on[1], low[2]), (high[0] + on[0], high[1] + on[1], high[2] + on[2])
@@ -214,7 +213,7 @@ def _reach_of_mover(kind: str, box: Bounds, start: Bounds, displacements: Bounds
     if start[1][2] <= box[0][2] + MAX_RESTING_GAP:
         return taken  # it carries it
     # What it pushes is in front of it: a whole body, or only a heap of what flows.
-    size = 0.0 if kind in FLOWING else max(b - a for a, b in zip(*box, strict=True))
+    size = 0.0 if kind in FLOWING else max(sides(box))
     front = grown(swept(start, displacements), size)
     return _componentwise(max, taken[0], front[0]), _componentwise(min, taken[1], front[1])
 
@@ -245,7 +244,7 @@ def _limit_length(displacement: Vec, farthest: float) -> Vec:
 def _sideways_reach(copy: Copy, box: Bounds, fall: float, scene: Scene) -> float:
     """Return how far [m] a falling body gets sideways: it swings out, bounces, rolls or runs."""
     kind = copy.model.kind
-    x, y, tall = (b - a for a, b in zip(*box, strict=True))
+    x, y, tall = sides(box)
     if isinstance(copy.shape, Stream):  # what it makes is as wide as all of it as a cube
         x = y = tall = max(tall, copy.shape.volume ** (1 / 3))
     if kind == "liquid":
@@ -282,21 +281,17 @@ def _domain_box(
     length: float,
     reach: float,
 ) -> Bounds:
-    whole = around(corner for box in own for corner in box)
+    whole = union(own)
     hanging = max(_hanging(copy, box, travel) for copy, box in zip(copies, own, strict=True))
     fall = _fall(*whole, surroundings, scene, hanging=hanging)
     flown = [_flown(c, box, fall, surroundings, scene, travel) for c, box in zip(copies, own, strict=True)]
-    low, high = around(corner for box in flown for corner in box)
+    low, high = union(flown)
     box = (low[0] - reach, low[1] - reach, low[2]), (high[0] + reach, high[1] + reach, high[2])
-    box = around([*box, *(corner for near in _nearby(box, surroundings, reach, margin) for corner in near)])
+    box = union([box, *_nearby(box, surroundings, reach, margin)])
     floors = [floor for floor in surroundings.floors if floor <= whole[0][2] + margin]
     low, high = box
     # A cloth may hang lower than anything that stands elsewhere.
-    hanging = [
-        b[2] - max(y - x for x, y in zip(a, b, strict=True))
-        for c, (a, b) in zip(copies, own, strict=True)
-        if c.model.kind == "cloth"
-    ]
+    hanging = [box[1][2] - max(sides(box)) for copy, box in zip(copies, own, strict=True) if copy.model.kind == "cloth"]
     bottom = max([low[2], *floors]) if floors else min([low[2], *hanging])
     top = high[2] + length / 2 + 0.25 * abs(fall[2])
     return (low[0] - margin, low[1] - margin, bottom - margin), (high[0] + margin, high[1] + margin, top + margin)

@@ -7,7 +7,7 @@ from text2sim.compiler.shapes.inertials import piece_inertial
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import IDENTITY, ORIGIN, Y_AXIS
 from text2sim.compiler.trees.generators import Rgba, density_of
-from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink
+from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink, strung
 from text2sim.spec_schema.models.soft_bodies import Beam
 
 FIRST_ROOT = 1.8751040687
@@ -35,21 +35,19 @@ def beam_tree(beam: Beam, rgba: Rgba) -> Tree:
     slope = 2 * beam.damping_ratio / first_frequency(beam)
     density = density_of(beam.material, math.prod(beam.size))
     inertia = piece_inertial(_box(beam, 0.0, _link_length(beam)), density)
-    link: TreeLink | None = None
-    for index in reversed(range(beam.segments)):
-        first = index == 0
-        stiffness = 2 * spring if first else spring
-        joint = TreeJoint("hinge", axis=Y_AXIS, spring=stiffness, damping=slope * stiffness)
-        link = TreeLink(
+    joint = TreeJoint("hinge", axis=Y_AXIS, spring=spring, damping=slope * spring)
+    clamp = replace(joint, spring=2 * spring, damping=slope * (2 * spring)) if beam.anchored else TreeJoint("free")
+    links = [
+        TreeLink(
             f"link_{index}",
-            pos=ORIGIN if first else (_link_length(beam), 0.0, 0.0),
-            joint=TreeJoint("free") if first and not beam.anchored else joint,
+            pos=(_link_length(beam), 0.0, 0.0) if index else ORIGIN,
+            joint=joint if index else clamp,
             geoms=_geoms(beam, rgba, index),
             inertia=inertia,
-            children=() if link is None else (link,),
         )
-    assert link is not None
-    return Tree((link,))
+        for index in range(beam.segments)
+    ]
+    return Tree((strung(links),))
 
 
 def _geoms(beam: Beam, rgba: Rgba, index: int) -> tuple[TreeGeom, ...]:

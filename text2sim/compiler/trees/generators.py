@@ -15,8 +15,11 @@ from text2sim.compiler.shapes.rotation import (
     quat_conjugate,
     quat_multiply,
     quat_rotate,
+    vector_minus,
+    vector_plus,
+    vector_times,
 )
-from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink, TreeLoop
+from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink, TreeLoop, strung
 from text2sim.spec_schema.models.bodies import Chain, Net
 from text2sim.spec_schema.models.materials import DENSITY, JointDynamics, Material
 from text2sim.spec_schema.models.soft_bodies import Rope
@@ -79,9 +82,8 @@ def capsule_bar(
         start: The middle of its one end [m].
         end: That of its other end [m].
     """
-    middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2, (start[2] + end[2]) / 2)
-    axis = tuple(b - a for a, b in zip(start, end, strict=True))
-    piece = Piece(kind="capsule", pos=middle, quat=quat_between(Z_AXIS, axis), size=(radius, length))
+    middle, turn = vector_times(vector_plus(start, end), 0.5), quat_between(Z_AXIS, vector_minus(end, start))
+    piece = Piece(kind="capsule", pos=middle, quat=turn, size=(radius, length))
     return TreeGeom(piece, density, friction, rgba)
 
 
@@ -119,7 +121,7 @@ def chain_tree(chain: Chain, direction: Vec, rgba: Rgba, payload: tuple[tuple[Tr
         bar, radius, density, chain.material.friction, rgba, (0, 0, -middle + bar / 2), (0, 0, -middle - bar / 2)
     )
 
-    link: TreeLink | None = None
+    hung: list[TreeLink] = []
     if payload is not None:
         geoms, reach = payload
         if chain.joint.armature is None:
@@ -127,19 +129,18 @@ def chain_tree(chain: Chain, direction: Vec, rgba: Rgba, payload: tuple[tuple[Tr
             least = LOADED_ARMATURE * load * (chain.links * length + reach) ** 2
             joint = replace(joint, armature=max(joint.armature, least))
         hanger = TreeJoint("ball", anchor=(0.0, 0.0, reach), damping=joint.damping, armature=joint.armature)
-        link = TreeLink("payload", pos=(0.0, 0.0, -length - reach), joint=hanger, geoms=geoms)
-    for index in reversed(range(chain.links)):
-        first = index == 0
-        link = TreeLink(
+        hung = [TreeLink("payload", pos=(0.0, 0.0, -length - reach), joint=hanger, geoms=geoms)]
+    links = [
+        TreeLink(
             f"link_{index}",
-            pos=ORIGIN if first else (0.0, 0.0, -length),
-            quat=quat_between((0.0, 0.0, -1.0), direction) if first else IDENTITY,
-            joint=TreeJoint("free") if first and not chain.anchored else joint,
+            pos=(0.0, 0.0, -length) if index else ORIGIN,
+            quat=IDENTITY if index else quat_between((0.0, 0.0, -1.0), direction),
+            joint=joint if index or chain.anchored else TreeJoint("free"),
             geoms=(geom,),
-            children=() if link is None else (link,),
         )
-    assert link is not None
-    return Tree((link,))
+        for index in range(chain.links)
+    ]
+    return Tree((strung(links + hung),))
 
 
 LAID_DAMPING = 15.0
@@ -179,19 +180,18 @@ def rope_tree(rope: Rope, direction: Vec, rgba: Rgba) -> Tree:
         joint = replace(joint, damping=max(joint.damping, 2 * BEND_DAMPING * math.sqrt(spring * inertia)))
     bar = capsule_bar(length, radius, density, rope.material.friction, rgba, ORIGIN, (0.0, 0.0, -length))
     start, turns = _rope_poses(rope, direction)
-    link: TreeLink | None = None
-    for index in reversed(range(rope.segments)):
-        first = index == 0
-        link = TreeLink(
+    held, bent = joint if rope.anchored else TreeJoint("free"), replace(joint, spring=spring)
+    links = [
+        TreeLink(
             f"link_{index}",
-            pos=start if first else (0.0, 0.0, -length),
-            quat=turns[index],
-            joint=(joint if rope.anchored else TreeJoint("free")) if first else replace(joint, spring=spring),
+            pos=(0.0, 0.0, -length) if index else start,
+            quat=turn,
+            joint=bent if index else held,
             geoms=(bar,),
-            children=() if link is None else (link,),
         )
-    assert link is not None
-    return Tree((link,), self_collision=rope.self_collision)
+        for index, turn in enumerate(turns)
+    ]
+    return Tree((strung(links),), self_collision=rope.self_collision)
 
 
 def _rope_poses(rope: Rope, direction: Vec) -> tuple[Vec, list[Quaternion]]:
@@ -201,7 +201,7 @@ def _rope_poses(rope: Rope, direction: Vec) -> tuple[Vec, list[Quaternion]]:
     nodes: list[Vec] = list(rope.along)  # type: ignore[arg-type]  # laid: the places of its joints
     turns, before = [], IDENTITY
     for a, b in pairwise(nodes):
-        own = quat_rotate(quat_conjugate(before), tuple(y - x for x, y in zip(a, b, strict=True)))
+        own = quat_rotate(quat_conjugate(before), vector_minus(b, a))
         turns.append(quat_between((0.0, 0.0, -1.0), own))
         before = quat_multiply(before, turns[-1])
     return nodes[0], turns
@@ -254,11 +254,13 @@ def net_tree(net: Net, rgba: Rgba) -> Tree:
     roots, loops = [], []
     for name, strand in zip(names, spans, strict=True):
         roots.append(_strand(name, strand, net, density, rgba))
-        loops.append(TreeLoop("connect", f"{name}_{len(strand) - 1}", None, _local_end(strand[-1])))
+        start, end = strand[-1]
+        loops.append(TreeLoop("connect", f"{name}_{len(strand) - 1}", None, vector_minus(end, start)))
     for j in range(1, ny):
         for i in range(1, nx):
             # The link that ends at the crossing, and the crossing strand's link that ends there too.
-            loops.append(TreeLoop("connect", f"x{j}_{i - 1}", f"y{i}_{j - 1}", _local_end(spans[j - 1][i - 1])))
+            start, end = spans[j - 1][i - 1]
+            loops.append(TreeLoop("connect", f"x{j}_{i - 1}", f"y{i}_{j - 1}", vector_minus(end, start)))
     corners = [node(0, 0), node(nx, 0), node(nx, ny), node(0, ny)]
     edges = tuple(
         capsule_bar(math.dist(a, b), 1.5 * radius, density, net.material.friction, rgba, a, b)
@@ -267,28 +269,15 @@ def net_tree(net: Net, rgba: Rgba) -> Tree:
     return Tree(tuple(roots), tuple(loops), fixtures=edges)
 
 
-def _local_end(span: tuple[Vec, Vec]) -> Vec:
-    # Links of a net keep the net's axes, so that a span is its own local vector.
-    return tuple(b - a for a, b in zip(*span, strict=True))  # type: ignore[return-value]
-
-
 def _strand(name: str, spans: list[tuple[Vec, Vec]], net: Net, density: float, rgba: Rgba) -> TreeLink:
-    link: TreeLink | None = None
-    for index in reversed(range(len(spans))):
-        start, end = spans[index]
+    links, previous = [], ORIGIN
+    for index, (start, end) in enumerate(spans):
         length = math.dist(start, end)
         # Bodies far heavier than a strand fall into a net: with the armature of a chain it flew apart under dolls of
         # a hundred times a link's mass.
         joint = ball_joint(net.joint, capsule_mass(net.radius, length, density), length, damping=8.0, armature=0.4)
-        previous = spans[index - 1][0] if index else ORIGIN
-        link = TreeLink(
-            f"{name}_{index}",
-            pos=tuple(a - b for a, b in zip(start, previous, strict=True)),  # type: ignore[arg-type]
-            joint=joint,
-            geoms=(
-                capsule_bar(length, net.radius, density, net.material.friction, rgba, ORIGIN, _local_end((start, end))),
-            ),
-            children=() if link is None else (link,),
-        )
-    assert link is not None
-    return link
+        # Links of a net keep the net's axes, so that a span is its own local vector.
+        bar = capsule_bar(length, net.radius, density, net.material.friction, rgba, ORIGIN, vector_minus(end, start))
+        links.append(TreeLink(f"{name}_{index}", pos=vector_minus(start, previous), joint=joint, geoms=(bar,)))
+        previous = start
+    return strung(links)

@@ -3,8 +3,9 @@
 A tree becomes one MJCF file (`mjcf.py`). Poses are (pos [m], quat wxyz) of a link's frame in its parent's frame.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import reduce
 from typing import NamedTuple
 
 from text2sim.compiler.shapes.boxes import Bounds
@@ -106,6 +107,11 @@ class TreeLink:
         if self.inertia is not None:
             return self.inertia
         return combined_inertial(piece_inertial(geom.piece, geom.density) for geom in self.geoms if geom.density > 0.0)
+
+
+def strung(links: Iterable[TreeLink]) -> TreeLink:
+    """Return the first of some links, with each of the others hanging on the one before it."""
+    return reduce(lambda below, link: replace(link, children=(below,)), reversed([*links]))
 
 
 @dataclass(frozen=True)

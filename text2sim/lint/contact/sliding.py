@@ -7,12 +7,11 @@ from typing import NamedTuple
 from text2sim.compiler.action_rows import StartVelocity
 from text2sim.compiler.belts import carries
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.boxes import apart
+from text2sim.compiler.shapes.boxes import apart, sides
 from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_dot
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.flight import MAX_RESTING_GAP, is_just_above
-from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem

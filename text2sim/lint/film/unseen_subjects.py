@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from text2sim.compiler.looks import hides
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.boxes import Bounds
+from text2sim.compiler.shapes.boxes import Bounds, crosses
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts, once_per_case
@@ -160,8 +160,7 @@ def maybe_hidden(facts: Facts, view: CameraView, name: str, balls: Balls) -> boo
 
     def between(center: Vec) -> bool:
         return any(
-            _crosses(box, view.pos, center)
-            and any(_crosses(part, view.pos, center) for part in _boxes(facts, copy, box))
+            crosses(box, view.pos, center) and any(crosses(part, view.pos, center) for part in _boxes(facts, copy, box))
             for copy, box in others
         )
 
@@ -175,20 +174,6 @@ def _boxes(facts: Facts, copy: Copy, whole: Bounds) -> list[Bounds]:
     looks = {name: part.look for name, part in copy.shape.parts.items()}
     clear = {name for name, look in looks.items() if look is not None and not hides(look.opacity, look.finish)}
     return [part.box for part in facts.parts(copy) if part.piece.part not in clear]
-
-
-def _crosses(box: tuple[Vec, Vec], start: Vec, end: Vec) -> bool:
-    """Return whether a line segment passes through a box."""
-    first, last = 0.0, 1.0
-    for a, b, low, high in zip(start, end, *box, strict=True):
-        slope = b - a
-        if abs(slope) < 1e-12:
-            if not low <= a <= high:
-                return False
-            continue
-        near, far = sorted(((low - a) / slope, (high - a) / slope))
-        first, last = max(first, near), min(last, far)
-    return first < last
 
 
 def hidden_behind(facts: Facts, seeing: list[CameraView], name: str) -> str:

@@ -6,7 +6,7 @@ joints makes it larger.
 """
 
 from collections.abc import Collection, Iterator
-from functools import cached_property
+from functools import cache, cached_property
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.inertials import Inertial, combined_inertial, piece_inertial
@@ -31,11 +31,13 @@ class Mechanics:
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
-        self._links: dict[str, _Links] = {}
-        self._twins: dict[str, Copy] = {}
+        self.joint = cache(self._joint)
+        """The hinge or slider of a copy with a name; None if there is none, or it is not known."""
+        self._links_of = cache(lambda copy: _Links(facts, copy, self._rho.get(copy.name)))
+        self._equivalent_copy = cache(self._find_equivalent)
+        """The first copy with the same orientation and load; the copy itself if there is none."""
         self._firsts: dict[str, Copy] = {}
         self._uniform: dict[str, bool] = {}
-        self._joints: dict[tuple[str, str], LoadedJoint | None] = {}
         self.motors = {(motor.entity, motor.joint): motor for motor in facts.lowering.motors}
 
     def joints(self) -> Iterator[LoadedJoint]:
@@ -52,13 +54,9 @@ class Mechanics:
                         if (joint := self.joint(copy, name)) is not None:
                             yield joint
 
-    def joint(self, copy: Copy, name: str) -> LoadedJoint | None:
-        """Return the hinge or slider of a copy with that name; None if there is none, or it is not known."""
-        key = (copy.name, name)
-        if key not in self._joints:
-            twin = self._equivalent_copy(copy)
-            self._joints[key] = self._make(copy, name) if twin is copy else self.joint(twin, name)
-        return self._joints[key]
+    def _joint(self, copy: Copy, name: str) -> LoadedJoint | None:
+        twin = self._equivalent_copy(copy)
+        return self._make(copy, name) if twin is copy else self.joint(twin, name)
 
     def where(self, joint: LoadedJoint, *keys: str) -> Path:
         """Return the path of a joint in the case, or of a value inside it."""
@@ -106,11 +104,6 @@ class Mechanics:
         """Return the names of all links that a joint carries."""
         links = self._links_of(joint.copy)
         return links.beyond(links.of_joint[joint.name].link.name)
-
-    def _links_of(self, copy: Copy) -> "_Links":
-        if copy.name not in self._links:
-            self._links[copy.name] = _Links(self.facts, copy, self._rho.get(copy.name))
-        return self._links[copy.name]
 
     @cached_property
     def _rho(self) -> dict[str, float | None]:
@@ -174,17 +167,14 @@ class Mechanics:
     def _is_held(self, name: str) -> bool:
         return not self.facts.free(self.facts.copies[name])
 
-    def _equivalent_copy(self, copy: Copy) -> Copy:
-        """Return the first copy with the same orientation and load; the copy itself if there is none."""
-        if copy.name not in self._twins:
-            carried, closed = self._carried
-            alone = copy.name not in closed | self._loaded and not any(name == copy.name for name, _ in carried)
-            first = self._firsts.setdefault(copy.body, copy) if alone else copy
-            same = first is copy or (first.quat == copy.quat and self._alike(first, copy))
-            if not same:
-                self._firsts[copy.body] = copy
-            self._twins[copy.name] = first if same else copy
-        return self._twins[copy.name]
+    def _find_equivalent(self, copy: Copy) -> Copy:
+        carried, closed = self._carried
+        alone = copy.name not in closed | self._loaded and not any(name == copy.name for name, _ in carried)
+        first = self._firsts.setdefault(copy.body, copy) if alone else copy
+        if first is copy or (first.quat == copy.quat and self._alike(first, copy)):
+            return first
+        self._firsts[copy.body] = copy
+        return copy
 
     def _alike(self, a: Copy, b: Copy) -> bool:
         """Return whether two copies of a body differ only in pose and look."""

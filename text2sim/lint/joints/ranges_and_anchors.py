@@ -7,10 +7,10 @@ against the limit with `stiffness x (target - limit)` as long as the target hold
 from collections.abc import Iterator
 from math import degrees, dist, pi, radians
 
+from text2sim.compiler.shapes.boxes import sides
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.mechanics import Mechanics
-from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, as_radians
 from text2sim.spec_schema.errors import Problem

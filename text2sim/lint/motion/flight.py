@@ -6,14 +6,15 @@ The body does not rotate, and nothing else moves: that is enough to predict the 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.boxes import Bounds, apart, grown, moved, union
+from text2sim.compiler.shapes.boxes import Bounds, apart, grown, moved, sides, union
 from text2sim.compiler.shapes.rotation import Vec, vector_dot, vector_minus, vector_plus, vector_times
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Ground, StandingPart, sides
+from text2sim.lint.parts import Ground, StandingPart
 from text2sim.spec_schema.models.bodies import FreeMount, Rigid
 
 MAX_RESTING_GAP = 0.002
@@ -67,22 +68,19 @@ class Flight:
 
 def flight_of(facts: Facts, copy: Copy) -> Flight | None:
     """Return the path of a copy; None if it is held, on a spring, damped, or has no size."""
-    flights = facts.once(_Flights)
-    if copy.name not in flights.known:
-        flights.known[copy.name] = flights.work_out(copy)
-    return flights.known[copy.name]
+    return facts.once(_Flights).of(copy)
 
 
 class _Flights:
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
-        self.known: dict[str, Flight | None] = {}
+        self.of = cache(self._work_out)
         self.left = MAX_SWEEPS
         self.sides: Any = None
         """Sorted corners (n, 6) of many other copies, with the order, the axis and the longest side along it."""
         self.others = [(copy, box) for copy in facts.copies.values() if (box := facts.box(copy)) is not None]
 
-    def work_out(self, copy: Copy) -> Flight | None:
+    def _work_out(self, copy: Copy) -> Flight | None:
         facts = self.facts
         box = facts.box(copy)
         if box is None or not facts.loose(copy) or copy.name in facts.sprung:

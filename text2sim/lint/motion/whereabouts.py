@@ -1,18 +1,18 @@
 """Whereabouts of a body: its probable position at a time, and a box that it hardly leaves."""
 
 import math
+from functools import cache
 
 from text2sim.compiler.belts import carriers, world_velocity
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.prescribed import displacement, displacements
-from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, apart, around, grown, swept
+from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, apart, around, around_balls, grown, sides, swept
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.soft.lowering import mass
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.flight import flight_of
 from text2sim.lint.motion.reach import LinkReach
-from text2sim.lint.parts import sides
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.names.selectors import body_of
 
@@ -27,7 +27,8 @@ class Whereabouts:
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
-        self._boxes: dict[str, Bounds] = {}
+        self.box = cache(self._box)
+        """A box [m] that a copy hardly leaves: around its start, its fall and its prescribed motion."""
         self._lowest: float | None = None
 
     # --- at a time ---------------------------------------------------------------------------------------------
@@ -48,12 +49,6 @@ class Whereabouts:
 
     # --- in the whole run --------------------------------------------------------------------------------------
 
-    def box(self, copy: Copy) -> Bounds:
-        """Return a box [m] that a copy hardly leaves: around its start, its fall and its prescribed motion."""
-        if copy.name not in self._boxes:
-            self._boxes[copy.name] = self._box(copy)
-        return self._boxes[copy.name]
-
     def meet(self, a: Copy, b: Copy) -> bool:
         """Return whether two copies could meet, generously estimated."""
         return not apart(self.box(a), self.box(b))
@@ -68,7 +63,7 @@ class Whereabouts:
             return grown(swept(box, displacements(copy.model.motion)), size / 2)
         if not self.facts.free(copy) and not is_soft(copy.model):
             balls = self.facts.once(LinkReach).body(copy)
-            return _around_balls(balls) if balls else grown(box, HELD_REACH * size)
+            return around_balls(balls) if balls else grown(box, HELD_REACH * size)
         low, high = swept(grown(box, size / 2), self._displacement_box(copy))
         floor = self._floor() - size if self.facts.case.scene.gravity[2] < 0 else -math.inf
         return (low[0], low[1], max(low[2], floor)), high
@@ -108,8 +103,3 @@ class Whereabouts:
 def _scaled(displacement: Vec, times: float) -> Vec:
     x, y, z = (max(-MAX_DISTANCE, min(c * times, MAX_DISTANCE)) for c in displacement)
     return x, y, z
-
-
-def _around_balls(balls: list[tuple[Vec, float]]) -> Bounds:
-    boxes = [grown((center, center), radius) for center, radius in balls]
-    return around(corner for box in boxes for corner in box)

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.settings import MIN_TIMECONST
+from text2sim.compiler.shapes.boxes import sides
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import at_most, length, more_copies, vector
 from text2sim.spec_schema.errors import Problem

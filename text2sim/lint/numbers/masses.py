@@ -16,9 +16,9 @@ from math import ceil, sqrt
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.settings import MIN_TIMECONST
+from text2sim.compiler.shapes.boxes import sides
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.mechanics import Mechanics
-from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, at_least
 from text2sim.spec_schema.errors import Problem

@@ -127,21 +127,23 @@ def _released(facts: Facts, event: Any) -> EventBounds:
     releases = [c for c in controls if isinstance(c, Release) and c.attach == event.attach]
     if any(c.at is None for c in releases):  # when something happens
         return EventBounds()
-    times = sorted(c.at for c in releases if c.at is not None and c.at <= duration)
-    if not times:
-        return EventBounds(f"`{event.attach}` is released after the end of the run ({duration:g} s)")
-    return EventBounds("", times[0], tuple(times))
+    return _at_times([c.at for c in releases if c.at is not None], duration, f"`{event.attach}` is released")
 
 
 def _removed(facts: Facts, event: Any) -> EventBounds:
     control, duration = facts.case.actions.controls.get(event.remove), facts.case.scene.duration
-    times = sorted(r.at for r in facts.rows.removals if r.control == event.remove and r.at is not None)
-    times = [time for time in times if time <= duration]
     if not isinstance(control, Remove) or control.on is not None:
         return EventBounds()
-    if not times:
-        return EventBounds(f"`{event.remove}` comes after the end of the run ({duration:g} s)")
-    return EventBounds("", times[0], tuple(times))
+    times = [r.at for r in facts.rows.removals if r.control == event.remove and r.at is not None]
+    return _at_times(times, duration, f"`{event.remove}` comes")
+
+
+def _at_times(times: list[float], duration: float, what: str) -> EventBounds:
+    """Return the bounds of an event that happens at some times [s] of a run of some duration [s]."""
+    during = sorted(time for time in times if time <= duration)
+    if not during:
+        return EventBounds(f"{what} after the end of the run ({duration:g} s)")
+    return EventBounds("", during[0], tuple(during))
 
 
 _BOUNDS_BY_KIND: dict[str, Callable[[Facts, Any], EventBounds]] = {

@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 from math import dist, inf
 from typing import Any
 
+from text2sim.compiler.shapes.boxes import sides
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.motion.reach import LinkReach
-from text2sim.lint.parts import sides
 from text2sim.lint.script.start_values import COLUMN, ROUNDING, start_of
 from text2sim.lint.script.targets import StartTarget, Targets
 from text2sim.spec_schema.models import measures

@@ -10,11 +10,10 @@ from collections.abc import Iterator
 from math import ceil, dist, hypot, inf
 
 from text2sim.compiler.action_rows import Wrench
-from text2sim.compiler.shapes.boxes import union
+from text2sim.compiler.shapes.boxes import sides, union
 from text2sim.compiler.shapes.rotation import frame_apply
 from text2sim.compiler.trees.tree import tree_links
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, at_least, length, vector
 from text2sim.spec_schema.errors import Problem

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import product
 
 from text2sim.compiler.placing.placement import Copy
@@ -53,22 +54,19 @@ class Targets:
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
-        self._found: dict[str, list[StartTarget]] = {}
+        self._select = cache(self._look_up)
 
     def select(self, selectors: str | Sequence[str]) -> list[StartTarget]:
         """Return the targets of selectors, each once; none of one that has none, which is reported elsewhere."""
         found = [target for selector in listed(selectors) for target in self._select(selector)]
         return list({target.label: target for target in found}.values())
 
-    def _select(self, selector: str) -> list[StartTarget]:
-        if selector not in self._found:
-            try:
-                copies, part = select(selector, self.facts.placed)
-            except LookupError:
-                copies, part = [], None
-            found = [self._target(copy, name) for copy in copies for name in self._names(copy, part)]
-            self._found[selector] = found
-        return self._found[selector]
+    def _look_up(self, selector: str) -> list[StartTarget]:
+        try:
+            copies, part = select(selector, self.facts.placed)
+        except LookupError:
+            return []
+        return [self._target(copy, name) for copy in copies for name in self._names(copy, part)]
 
     def pairs(self, between: tuple[str, str], limit: int = MAX_PAIRS) -> list[tuple[StartTarget, StartTarget]] | None:
         """Return the pairs of different targets of two selectors; None if there may be more than `limit`."""

@@ -3,10 +3,10 @@
 import math
 from collections.abc import Iterator
 
+from text2sim.compiler.shapes.boxes import sides
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftFacts
 from text2sim.lint.words import length

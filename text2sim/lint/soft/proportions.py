@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
+from text2sim.compiler.shapes.boxes import sides
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftFacts
 from text2sim.lint.words import length

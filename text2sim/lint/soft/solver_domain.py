@@ -2,13 +2,12 @@
 
 from collections.abc import Iterator
 
-from text2sim.compiler.shapes.boxes import Bounds
+from text2sim.compiler.shapes.boxes import Bounds, sides
 from text2sim.compiler.soft.lowering import mass
 from text2sim.compiler.soft.settings import PADDING
 from text2sim.compiler.soft.solver_domain import find_surroundings, path_bounds
 from text2sim.compiler.soft.travel import travel
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts
 from text2sim.lint.words import length, more_copies, vector

@@ -4,9 +4,9 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from text2sim.compiler.shapes.boxes import sides
 from text2sim.compiler.soft.scales import PARTICLE_CELLS
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftBody, SoftFacts
 from text2sim.lint.soft.walls import free_by, opening

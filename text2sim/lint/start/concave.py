@@ -3,10 +3,11 @@
 from functools import lru_cache
 from typing import Any
 
+from text2sim.compiler.shapes.boxes import sides
 from text2sim.compiler.shapes.meshfile import MeshFile
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec, frame_apply, quat_conjugate, quat_rotate, vector_minus
-from text2sim.lint.parts import StandingPart, sides
+from text2sim.lint.parts import StandingPart
 
 MAX_ROUGHNESS = 0.05
 """Share of a mesh's size by which the engine's convex pieces may protrude from its surface: its CoACD uses a threshold

@@ -7,7 +7,7 @@ it touches (`compiler.shapes.sweep`).
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from text2sim.compiler.shapes.boxes import apart, union
+from text2sim.compiler.shapes.boxes import apart, moved, union
 from text2sim.compiler.shapes.gjk import distance
 from text2sim.compiler.shapes.rotation import Vec, quat_to_rows, vector_dot, vector_minus, vector_plus, vector_times
 from text2sim.compiler.shapes.sweep import sweep
@@ -149,12 +149,12 @@ def _free_length(
     """Return a distance [m] of at least `length` after which no mover is in the others; None if it takes too long."""
     for _ in range(MAX_ROUNDS):
         step = vector_times(direction, length + ROUNDING_OVERLAP)
-        moved = [(a, (vector_plus(a.box[0], step), vector_plus(a.box[1], step))) for a in movers]
-        around = union(box for _, box in moved)
+        away = [(a, moved(a.box, step)) for a in movers]
+        around = union(box for _, box in away)
         near = [b for b in others if not apart(around, b.box, ROUNDING_OVERLAP)]
-        if not effort.spend(len(moved) * len(near) // BOX_TESTS_PER_STEP):
+        if not effort.spend(len(away) * len(near) // BOX_TESTS_PER_STEP):
             return None
-        boxes = ((a, b) for a, box in moved for b in near if not apart(box, b.box, ROUNDING_OVERLAP))
+        boxes = ((a, b) for a, box in away for b in near if not apart(box, b.box, ROUNDING_OVERLAP))
         pairs = [(a, b) for a, b in boxes if _still_inside(a, b, step, effort)]
         if effort.left < 0:
             return None

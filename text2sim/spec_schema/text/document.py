@@ -130,15 +130,21 @@ def value_at(data: Any, path: Path) -> Any:
     return reduce(getitem, path, data)
 
 
-def find_value(data: Any, path: Path) -> Any:
-    """Return the value at a path of plain data; None if there is none."""
+def find_value(data: Any, path: Path, missing: Any = None) -> Any:
+    """Return the value at a path of plain data.
+
+    Args:
+        data: The data.
+        path: The path.
+        missing: What is returned if there is nothing at the path.
+    """
     for step in path:
         if isinstance(data, dict) and step in data:
             data = data[step]
         elif isinstance(data, list) and isinstance(step, int) and step < len(data):
             data = data[step]
         else:
-            return None
+            return missing
     return data
 
 
