@@ -14,6 +14,7 @@ from text2sim.evidence.evidence import judge
 from text2sim.harness.rescue import rescue
 from text2sim.recording.inventory import RECORDED, first_fault, list_files
 from text2sim.recording.record import RunRecord
+from text2sim.recording.run_files import read_events, read_measures
 
 EXPECT = {
     "always": {"measure": "height", "during": "all", "above": -1.0},
@@ -137,3 +138,15 @@ def test_a_record_with_values_of_other_types_is_none(run: Path, change: dict[str
 def test_copies_of_a_run_hold_the_same_files(run: Path, tmp_path: Path):
     shutil.copytree(run, tmp_path / "copy")
     assert list_files(tmp_path / "copy", RECORDED) == list_files(run, RECORDED)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "\n", "time,x\n0", "time,x\n0," + "1" * 200_000, "[" * 100_000, '{"name": "x", "time": ' + "1" * 400 + "}"],
+)
+def test_files_that_cannot_be_read_are_empty(text: str, tmp_path: Path) -> None:
+    (tmp_path / "measures.csv").write_text(text)
+    (tmp_path / "events.jsonl").write_text(text)
+    times, measures = read_measures(tmp_path)
+    assert times.size == 0 and not any(values.size for values in measures.values())
+    assert read_events(tmp_path) == []
