@@ -12,7 +12,7 @@ from text2sim.cli.output import say, say_json
 from text2sim.runtime.stop import Stop
 from text2sim.service import exits
 from text2sim.service.phrases import display_path
-from text2sim.spec_schema.errors import RunError, Text2SimError
+from text2sim.spec_schema.errors import Text2SimError
 
 if TYPE_CHECKING:
     from text2sim.cluster.run import Placement
@@ -129,7 +129,7 @@ def run_benchmarks(
 ) -> None:
     """Run benchmarks in another engine, and compare its observables with the references.
 
-    Exit code 1: an observable is beyond its tolerance.
+    Exit code 1: an observable is beyond its tolerance; 2: a benchmark could not be run.
     """
     from text2sim.engine_benchmark.compare import Compared, run, table
 
@@ -143,7 +143,7 @@ def run_benchmarks(
         for folder in found:
             try:
                 rows += run(engine, folder, stop)
-            except RunError as error:
+            except Text2SimError as error:
                 failed.append({"folder": str(folder), "error": str(error)})
                 _ = as_json or say(str(error))
             if stop.count:
@@ -151,10 +151,11 @@ def run_benchmarks(
     text = table(rows, "MuJoCo" if engine == "mujoco" else engine)
     if write is not None:
         write.write_text(text, "utf-8")
+    code = exits.INPUT if failed else exits.OK if all(row.ok for row in rows) else exits.PHYSICS
+    code = exits.INTERRUPTED if stop.count else code
     if as_json:
-        say_json({"ok": all(row.ok for row in rows), "rows": [row.as_dict() for row in rows], "failed": failed})
+        say_json({"ok": code == exits.OK, "rows": [row.as_dict() for row in rows], "failed": failed})
     elif rows:
         say(text)
         say(f"{sum(row.ok for row in rows)} of {len(rows)} observables within their tolerances")
-    code = exits.OK if rows and all(row.ok for row in rows) else exits.PHYSICS if rows else exits.INPUT
     raise typer.Exit(code)
