@@ -44,4 +44,4 @@ def at_least(value: float) -> str:
 def at_most(value: float) -> str:
     """Return a positive value with two digits, rounded down."""
     digit = 10.0 ** (floor(log10(value)) - 1)
-    return f"{floor(value / digit + 1e-9) * digit:.2g}"
+    return f"{floor(value / digit * (1 + 1e-9)) * digit:g}"

@@ -15,7 +15,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.rule import Rule, one_per_place
-from text2sim.lint.words import amount, length
+from text2sim.lint.words import amount, at_most, length
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Articulated, Driven
 from text2sim.spec_schema.models.controls import Drive, InitialVelocity
@@ -39,7 +39,7 @@ def _spin(facts: Facts) -> Iterator[Problem]:
             text = (
                 f"at {speed:.3g} rad/s it turns by {speed * h:.2g} rad per substep and misses contacts in between; use "
                 f"scene.substeps of {ceil(dt * speed / MAX_SPIN_PER_SUBSTEP)}, or at most "
-                f"{MAX_SPIN_PER_SUBSTEP / h:.3g} rad/s"
+                f"{at_most(MAX_SPIN_PER_SUBSTEP / h)} rad/s"
             )
             yield facts.problem("fast-spin", where, text)
 
@@ -121,7 +121,7 @@ def _fast(facts: Facts) -> Iterator[Problem]:
                 if b - a < dt * (1 - 1e-6):
                     text = (
                         f"{a:g} s and {b:g} s are within one time step ({amount(dt * 1e3, 'ms')}), in which nothing "
-                        f"can change; leave one out, or use scene.dt of {(b - a):.2g}"
+                        f"can change; leave one out, or use scene.dt of {at_most(b - a)}"
                     )
                     yield facts.problem("fast-schedule", (*where, "times", index + 1), text)
                     break

@@ -16,7 +16,7 @@ from text2sim.compiler.soft.settings import MAX_OWN_STRETCH, STRETCH_ITERATIONS,
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts
-from text2sim.lint.words import length, more_copies
+from text2sim.lint.words import at_most, length, more_copies
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
 
@@ -86,10 +86,11 @@ def _drag_diverges(facts: Facts) -> Iterator[Problem]:
         wild = 2 * mass / (resistance * h)
         if wild < MIN_WILD_SPEED:
             most = 2 * mass / (MIN_WILD_SPEED * h)
+            needed = math.ceil(facts.case.scene.dt / h * MIN_WILD_SPEED / wild)
             text = (
                 f"drag of {resistance:g} kg/m on points of {1e3 * mass:.2g} g throws those faster than {wild:.2g} m/s "
                 f"back faster than they came, in substeps of {h:.3g} s: the cloth diverges in a jerk; use "
-                f"{most:.2g} at most, or scene.substeps of {math.ceil(facts.case.scene.dt / h * MIN_WILD_SPEED / wild)}"
+                f"{at_most(most)} at most, or scene.substeps of {needed}"
             )
             where = (*facts.where(body.body), "material", "air_resistance")
             yield facts.problem("drag-diverges", where, text)

@@ -51,7 +51,7 @@ def _step(facts: Facts) -> Iterator[Problem]:
             if part > UNSTABLE_COURANT
             else f"more than {MAX_COURANT:g} may diverge"
         )
-        + f"; use scene.substeps of {needed}, or a softer body ({(MAX_COURANT / part) ** 2:.2g} of its stiffness)"
+        + f"; use scene.substeps of {needed}, or a softer body ({at_most((MAX_COURANT / part) ** 2)} of its stiffness)"
     )
     where = facts.first_path(("scene", "substeps"), ("scene", "dt"), facts.first_given(body.body, "material"))
     yield facts.problem("sound-too-fast", where, text, severity=None if part > UNSTABLE_COURANT else "warning")
