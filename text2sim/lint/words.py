@@ -1,7 +1,5 @@
 """Numbers in messages."""
 
-from math import ceil, floor, log10
-
 
 def length(value: float) -> str:
     """Return a length [m] with its unit: `12 mm`, `1.5 m`."""
@@ -31,17 +29,3 @@ def amount(value: float, unit: str) -> str:
 def as_radians(degrees: float) -> str:
     """Return advice on how to write an angle in degrees as one in radians: `45 deg is ${radians(45)}`."""
     return f"{degrees:g} deg is ${{radians({degrees:g})}}"
-
-
-def at_least(value: float) -> str:
-    """Return a value with two digits, rounded up."""
-    if value <= 0.0:
-        return "0"
-    digit = 10.0 ** (floor(log10(value)) - 1)
-    return f"{ceil(value / digit * (1 - 1e-9)) * digit:g}"
-
-
-def at_most(value: float) -> str:
-    """Return a positive value with two digits, rounded down."""
-    digit = 10.0 ** (floor(log10(value)) - 1)
-    return f"{floor(value / digit * (1 + 1e-9)) * digit:g}"

@@ -20,9 +20,10 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, one_per_place
-from text2sim.lint.words import amount, at_least, at_most
+from text2sim.lint.words import amount
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.controls import Attach
+from text2sim.spec_schema.rounding import at_least, at_most
 
 ENGINE_TOLERANCE = 1e-5
 """Default tolerance of the engine in single precision."""

@@ -12,8 +12,9 @@ from typing import NamedTuple
 from text2sim.compiler.action_rows import Spring
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.words import amount, at_least, at_most
+from text2sim.lint.words import amount
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.rounding import at_least, at_most
 
 STABLE = 4.0
 """Bound of `(k T^2 + 2 c T) / m`."""

@@ -15,11 +15,12 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.rule import Rule, one_per_place
-from text2sim.lint.words import amount, at_most, length
+from text2sim.lint.words import amount, length
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Articulated, Driven
 from text2sim.spec_schema.models.controls import Drive, InitialVelocity
 from text2sim.spec_schema.models.motion import Oscillate, Piecewise, Ramp, Sine, Spin, Steps, Waypoints
+from text2sim.spec_schema.rounding import at_most
 from text2sim.spec_schema.text.document import Path
 
 MAX_SPIN_PER_SUBSTEP = 0.5

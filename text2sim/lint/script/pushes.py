@@ -16,9 +16,10 @@ from text2sim.compiler.trees.tree import tree_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, one_per_place
-from text2sim.lint.words import amount, at_least, at_most, length, vector
+from text2sim.lint.words import amount, length, vector
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.controls import Force, Impulse
+from text2sim.spec_schema.rounding import at_least, at_most
 
 MAX_POINT_DISTANCE = 0.1
 """Largest distance of a point from its body, as a share of its length."""

@@ -16,9 +16,10 @@ from text2sim.compiler.soft.settings import MAX_OWN_STRETCH, STRETCH_ITERATIONS,
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts
-from text2sim.lint.words import at_most, length, more_copies
+from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
+from text2sim.spec_schema.rounding import at_most
 
 CATCH_SPEED, CATCH_SPEED_WITH_MANY = 8.0, 16.0
 """Speed [m/s] at which a sheet still catches a ball, with 4 and with `MANY_ITERATIONS`; at twice that the ball passed

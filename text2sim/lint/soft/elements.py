@@ -9,8 +9,9 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftFacts
-from text2sim.lint.words import at_most, length
+from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.rounding import at_most
 
 MIN_ELEMENTS = 4.0
 """Fewest elements through the thickness of a bar without a warning."""

@@ -5,8 +5,9 @@ from collections.abc import Iterator
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftFacts
-from text2sim.lint.words import at_most, length
+from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.rounding import at_most
 
 MIN_FOOT_CELLS = 4.0
 """Smallest width of a foot [cells]. Cylinders of 120 mm on foam with cells of 20 mm: those up to 2 cells wide fell over

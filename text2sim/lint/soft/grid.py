@@ -12,8 +12,9 @@ from text2sim.lint.soft.facts import SoftFacts
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.soft.starts import closest_pairs
 from text2sim.lint.start.escape import Effort, overlap_of, overlapping
-from text2sim.lint.words import at_most, length, more_copies
+from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.rounding import at_most
 
 MAX_COURANT, UNSTABLE_COURANT = 0.5, 0.7
 """Fractions of a cell that a sound wave may cross per substep: with a warning, and with an error. With 0.74 and 1.0,

@@ -10,10 +10,10 @@ from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftBody, SoftFacts
 from text2sim.lint.soft.walls import free_by, opening
-from text2sim.lint.words import at_least
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.regions import SIDES
 from text2sim.spec_schema.names.selectors import body_of
+from text2sim.spec_schema.rounding import at_least
 
 TEARING_STRETCH = 2 / PARTICLE_CELLS
 """Stretch at which the particles of a body are two cells apart."""

@@ -11,9 +11,10 @@ from text2sim.compiler.soft.solvers import holds_up, unfelt_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftFacts
-from text2sim.lint.words import at_most, length
+from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.soft_bodies import FLOWING
+from text2sim.spec_schema.rounding import at_most
 
 LOADED_WALL_CELLS, LEAKING_WALL_CELLS = 3.0, 2.0
 """Thickness [cells] with which a wall that presses on a soft body avoids a warning and an error. Measured at a load of
