@@ -53,7 +53,7 @@ def evidence(workspace: Workspace, run: str, part: str, offset: int) -> ToolAnsw
 
 def _summary(folder: Path, offset: int) -> ToolAnswer:
     found, record = _evidence(folder), RunRecord.read(folder)
-    time = found.get("time") or {}
+    time = found["time"] if isinstance(found.get("time"), dict) else {}
     document = {
         "run": folder.name,
         "verdict": found.get("verdict"),
@@ -149,7 +149,10 @@ def _case(folder: Path, offset: int) -> ToolAnswer:
 
 def _series(folder: Path, measure: str) -> ToolAnswer:
     """A measure over time, thinned out, with its extremes."""
-    table = list(csv.reader(io.StringIO(_text(folder, "measures.csv"))))
+    try:
+        table = list(csv.reader(io.StringIO(_text(folder, "measures.csv"))))
+    except csv.Error:
+        raise RunError(f"{folder / 'measures.csv'} is damaged; run the case again") from None
     names = table[0] if table else []
     if measure not in names[1:]:
         return refusal(f"there is no measure `{measure[:80]}`; there are {', '.join(names[1:]) or 'none'}")
