@@ -12,7 +12,7 @@ from crates import Take
 from text2sim.dataset.balance import balanced_questions, guess_by_words
 from text2sim.dataset.questions import ItemScene, candidate_questions, cause_in_words, what_if
 from text2sim.dataset.review import read_decisions, write_review
-from text2sim.spec_schema.errors import SpecError
+from text2sim.spec_schema.errors import RunError, SpecError
 
 HIT = {"kind": "contact", "name": None, "between": ["crate", "ball"], "time": 0.5, "end": 0.6}
 
@@ -172,3 +172,10 @@ def test_the_review_shows_doubtful_items_and_decisions_are_read_back(dataset: Pa
     (tmp_path / "review.yaml").write_text("review:\n  a: {decision: dorp}\n")
     with pytest.raises(SpecError, match=r"review.yaml:2:\d+: error"):
         read_decisions(tmp_path / "review.yaml")
+    for path, words in (
+        ("shards/train-00000.tar", "train-00000.tar: cannot be read"),
+        ("items/train-00000.parquet", "Parquet"),
+    ):
+        (dataset / path).write_bytes(b"no such file " * 100)
+        with pytest.raises(RunError, match=words):
+            write_review(dataset, tmp_path / "page.html", {}, everything=True)
