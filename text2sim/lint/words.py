@@ -1,11 +1,23 @@
 """Numbers in messages."""
 
+from text2sim.spec_schema.rounding import at_least, at_most
+
 
 def length(value: float) -> str:
     """Return a length [m] with its unit: `12 mm`, `1.5 m`."""
     if 1000.0 <= abs(value) < 1e6:
         return f"{value:,.0f} m"
     return f"{value:.3g} m" if abs(value) >= 1.0 else f"{value * 1000:.3g} mm"
+
+
+def length_of_at_least(value: float) -> str:
+    """Return a length [m] with its unit, with two digits, rounded up."""
+    return length(float(at_least(value)))
+
+
+def length_of_at_most(value: float) -> str:
+    """Return a length [m] with its unit, with two digits, rounded down."""
+    return length(float(at_most(value)))
 
 
 def vector(values: tuple[float, ...]) -> str:

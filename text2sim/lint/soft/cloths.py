@@ -16,7 +16,7 @@ from text2sim.compiler.soft.settings import MAX_OWN_STRETCH, STRETCH_ITERATIONS,
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts
-from text2sim.lint.words import length, more_copies
+from text2sim.lint.words import length, length_of_at_least, length_of_at_most, more_copies
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.rounding import at_most
@@ -212,8 +212,9 @@ def _narrow_foot(facts: Facts) -> Iterator[Problem]:
                 text = (
                     f"`{load.name}` stands on `{body.name}` with a foot {length(wide)} wide, "
                     f"{wide / soft.particle:.2g} cells of the cloth: that few points do not keep it upright; give it a "
-                    f"foot of {length(wanted)} or more, the cloth a `cell` of {length(wide / MIN_FOOT_CELLS)} or less, "
-                    "or `material: {touch_soft: false}`, so that it stands on what is below"
+                    f"foot of {length_of_at_least(wanted)} or more, the cloth a `cell` of "
+                    f"{length_of_at_most(wide / MIN_FOOT_CELLS)} or less, or `material: {{touch_soft: false}}`, so "
+                    "that it stands on what is below"
                 )
                 yield facts.problem("foot-on-cloth", facts.first_given(load.body, "shape"), text, key=True)
 

@@ -12,7 +12,7 @@ from text2sim.lint.soft.facts import SoftFacts
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.soft.starts import closest_pairs
 from text2sim.lint.start.escape import Effort, overlap_of, overlapping
-from text2sim.lint.words import length, more_copies
+from text2sim.lint.words import length, length_of_at_least, more_copies
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.rounding import at_most
 
@@ -70,7 +70,7 @@ def _thin_body(facts: Facts) -> Iterator[Problem]:
         cells = thin / soft.cell
         text = f"`{body.name}` is {length(thin)} thick at its thinnest, {soft.in_cells(thin)}"
         if cells < EMPTY_CELLS:
-            text += f", and contains no particle; make it at least {length(EMPTY_CELLS * soft.cell)} thick"
+            text += f", and contains no particle; make it at least {length_of_at_least(EMPTY_CELLS * soft.cell)} thick"
         else:
             then = "it breaks up" if body.model.kind in ("liquid", "granular") else "it tears and keeps no shape"
             text += (
