@@ -12,7 +12,7 @@ from text2sim.cli.output import say, say_json
 from text2sim.runtime.stop import Stop
 from text2sim.service import exits
 from text2sim.service.phrases import display_path
-from text2sim.spec_schema.errors import Text2SimError
+from text2sim.spec_schema.errors import RunError, Text2SimError
 
 if TYPE_CHECKING:
     from text2sim.cluster.run import Placement
@@ -78,10 +78,16 @@ def examined(
     from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
     rows = [examine(path, overlay=overlay or CaseOverlay()) for path in find_cases(cases)]
-    known, tasks = measured_needs(runs), dict[int, list[Task]]()
+    known, tasks, named = measured_needs(runs), dict[int, list[Task]](), dict[str, Path]()
     for number, row in enumerate(rows):
         try:
             if row.loaded is not None and row.plan is not None:
+                # A folder is named as its case: a second one would replace the first.
+                if (other := named.setdefault(row.name, row.path)) != row.path:
+                    row.blame(
+                        RunError(f"{display_path(other)} has the name `{row.name}`, too; give one of them another")
+                    )
+                    continue
                 read_statement(row.loaded)  # reports its errors before anything runs
                 tasks[number] = tasks_of(row.loaded, row.plan, runs, known)
         except Text2SimError as error:
