@@ -321,6 +321,15 @@ class TestMjcf:
         monkeypatch.setattr(inspection, "SCRIPT", crash)
         assert "crashes MuJoCo (signal 6)" in refused(mjcf("<geom size='0.123'/>"))
 
+    def test_a_model_sees_no_keys(self, refused: Refused, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+        monkeypatch.setenv("MESHY_API_KEY", "secret")
+        script = tmp_path / "script.py"
+        script.write_text(
+            'import os, sys; sys.exit(f\'seen: {sorted({*os.environ} & {"MESHY_API_KEY", "PYTHONPATH"})}\')'
+        )
+        monkeypatch.setattr(inspection, "SCRIPT", script)
+        assert "seen: []" in refused(mjcf("<geom size='0.124'/>"))
+
     def test_a_model_that_takes_too_long_is_given_up(
         self, refused: Refused, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     ) -> None:
