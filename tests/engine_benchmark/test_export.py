@@ -95,3 +95,6 @@ def test_a_benchmark_that_could_not_run_is_not_hidden_by_others(theirs, tmp_path
     assert call(monkeypatch, "run", tmp_path / "bad", tmp_path / "good", "--json") == 2
     assert not json.loads(capsys.readouterr().out)["ok"]
     assert call(monkeypatch, "run", tmp_path / "good") == (0 if good.ok else 1)
+    # A table that cannot be written loses nothing: half an hour of runs may be in it.
+    assert call(monkeypatch, "run", tmp_path / "good", "--table", tmp_path / "none/table.md") == 2
+    assert "| x | z | analytic" in capsys.readouterr().out

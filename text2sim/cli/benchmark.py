@@ -13,6 +13,7 @@ from text2sim.runtime.stop import Stop
 from text2sim.service import exits
 from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import RunError, Text2SimError
+from text2sim.spec_schema.whole_files import write_atomically
 
 if TYPE_CHECKING:
     from text2sim.cluster.run import Placement
@@ -155,8 +156,6 @@ def run_benchmarks(
             if stop.count:
                 break
     text = table(rows, "MuJoCo" if engine == "mujoco" else engine)
-    if write is not None:
-        write.write_text(text, "utf-8")
     code = exits.INPUT if failed else exits.OK if all(row.ok for row in rows) else exits.PHYSICS
     code = exits.INTERRUPTED if stop.count else code
     if as_json:
@@ -164,4 +163,6 @@ def run_benchmarks(
     elif rows:
         say(text)
         say(f"{sum(row.ok for row in rows)} of {len(rows)} observables within their tolerances")
+    if write is not None:
+        write_atomically(write, text)
     raise typer.Exit(code)
