@@ -201,8 +201,7 @@ def parse_path(text: str) -> Path:
     """
     if not text.startswith("/"):
         return parse_dotted(text)
-    path = tuple(int(step) if isinstance(step, str) and step.isdigit() else step for step in parse_pointer(text))
-    return parse_dotted(dotted(path))
+    return parse_dotted(dotted(parse_pointer(text)))
 
 
 def in_section(path: Path, group: str) -> str | None:

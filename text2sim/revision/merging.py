@@ -151,8 +151,8 @@ def _words_in(value: Any) -> Iterator[str]:
 
 def _value_at(data: Any, path: Path) -> Any:
     for step in path:
-        if isinstance(data, list) and str(step).isdigit() and int(step) < len(data):
-            data = data[int(step)]
+        if isinstance(data, list) and isinstance(step, int) and step < len(data):
+            data = data[step]
         elif isinstance(data, dict) and step in data:
             data = data[step]
         else:
