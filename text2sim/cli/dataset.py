@@ -175,8 +175,9 @@ def review(
     _require()
     from text2sim.dataset.review import read_decisions, write_review
 
-    path = folder.with_name(f"{folder.name}-review.html")
-    count = write_review(folder, path, read_decisions(decisions), everything=everything)
+    place = folder.resolve()  # which may be `.`
+    path = place.with_name(f"{place.name}-review.html")
+    count = write_review(place, path, read_decisions(decisions), everything=everything)
     say(f"{count} items: {display_path(path)}")
 
 
