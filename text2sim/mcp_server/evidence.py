@@ -87,7 +87,8 @@ def _measure(row: dict[str, Any]) -> str:
 
     def text(key: str) -> str:
         value = row.get(key)
-        return f"{value:.4g}" if isinstance(value, int | float) else "none"
+        # A forged integer may be larger than any float.
+        return f"{value:.4g}" if isinstance(value, int | float) and abs(value) < 1e300 else "none"
 
     ends = f"first {text('first')}, last {text('last')}"
     return f"{ends}, min {text('min')} at {text('min_at')} s, max {text('max')} at {text('max_at')} s [{unit}]"
