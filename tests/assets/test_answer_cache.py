@@ -99,13 +99,14 @@ def test_arrays_and_bytes_are_the_same_from_the_cache(cache: Path) -> None:
     assert ask.times == 1
 
 
-def test_a_model_comes_out_the_same(cache: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["j", "base64"])
+def test_a_model_comes_out_the_same(name: str, cache: Path, tmp_path: Path) -> None:
     link = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
     joint = (
         '<parent link="a"/><child link="b"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="9" velocity="9"/>'
     )
     (tmp_path / "arm.urdf").write_text(
-        f'<robot name="r"><link name="a"/><link name="b">{link}</link><joint name="j" type="revolute">{joint}</joint></robot>'
+        f'<robot name="r"><link name="a"/><link name="b">{link}</link><joint name="{name}" type="revolute">{joint}</joint></robot>'
     )
     first = load_mechanism(tmp_path, "arm.urdf")
     assert len(list(cache.iterdir())) == 2, "what MuJoCo says, and what the reader of URDF says"

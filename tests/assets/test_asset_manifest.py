@@ -96,6 +96,20 @@ def test_problems_are_located(line: str, number: int, words: str):
     assert words in str(problem)
 
 
+def test_a_file_is_named_as_in_its_folder(tmp_path: Path):
+    # `/bin` is a link on many machines, `bin` in a case is not.
+    manifest = Manifest(assets={"cup": TEAPOT.model_copy(update={"file": "bin/cup.obj"})})
+    assert parse_manifest(written(manifest_text(manifest))) == manifest
+
+
+def test_the_last_asset_that_fits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    full = Manifest(assets={f"cup_{number}": TEAPOT for number in range(1000)})
+    monkeypatch.setattr("text2sim.assets.manifest.read_manifest", lambda case: full)
+    with pytest.raises(AssetError, match="`assets/manifest.yaml` has 1,000 assets"):
+        register(tmp_path, "more", TEAPOT)
+    assert len(register(tmp_path, "cup_1", TEAPOT).assets) == 1000
+
+
 @pytest.mark.parametrize("text", ["", "[]", "a: &x 1\nb: *x\n", "text2sim_assets: 2\n", "!!python/object:os.system {}"])
 def test_other_documents_are_refused(text: str):
     with pytest.raises(SpecError):

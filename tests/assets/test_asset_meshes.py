@@ -216,6 +216,11 @@ def test_the_origin_goes_where_it_is_wanted(tmp_path: Path):
     assert mass[:, 2].min() == pytest.approx(-1.0, rel=0.01)
     kept = repair(read(cone, tmp_path), RepairGoal(origin="keep")).surface.vertices
     assert kept[:, 2].min() == pytest.approx(5.0)
+    # Closed, but planar: there is no mass whose centre could be found.
+    square = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
+    planar = repair(read(square, tmp_path), RepairGoal(origin="mass"))
+    assert planar.surface.vertices.min(axis=0) == pytest.approx((-0.5, -0.5, 0.0))
+    assert planar.done[-1] == "moved the origin to the middle of its extent, as it encloses no volume"
 
 
 @pytest.mark.parametrize("openings", [False, True])

@@ -149,6 +149,20 @@ class TestUrdf:
             ('<link name="hand"/>', '<link name="hand"/><link name="spare"/>', "several roots (base, spare)"),
             ('<link name="hand"/>', "<link/>", "a link without a name"),
             ('name="shoulder" type', "type", "a joint without a name"),
+            ('<robot name="arm">', "<robot>", "a robot without a name"),
+            ('<parent link="base"/>', "", "joint `shoulder` has no parent link; give it `<parent link="),
+            ('<child link="upper"/>', "<child/>", "joint `shoulder` has no child link"),
+            ('name="shoulder" type="revolute"', 'name="shoulder"', "joint `shoulder` has no type; the engine has"),
+            (
+                "<robot",
+                '<?xml version="1.0" encoding="gbk"?><robot',
+                "an encoding that cannot be read; save it as UTF-8",
+            ),
+            (
+                "<robot",
+                '<?xml version="1.0" encoding="foo"?><robot',
+                "an encoding that cannot be read; save it as UTF-8",
+            ),
             ('type="revolute"', 'type="floating"', "use `base: free` for a free root"),
             ('type="revolute"', 'type="planar"', "the engine has revolute"),
             ('lower="-1"', 'lower="3"', "lower limit (3) above its upper (2)"),
@@ -307,6 +321,15 @@ class TestMjcf:
         monkeypatch.setattr(inspection, "SCRIPT", crash)
         assert "crashes MuJoCo (signal 6)" in refused(mjcf("<geom size='0.123'/>"))
 
+    def test_a_model_sees_no_keys(self, refused: Refused, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+        monkeypatch.setenv("MESHY_API_KEY", "secret")
+        script = tmp_path / "script.py"
+        script.write_text(
+            'import os, sys; sys.exit(f\'seen: {sorted({*os.environ} & {"MESHY_API_KEY", "PYTHONPATH"})}\')'
+        )
+        monkeypatch.setattr(inspection, "SCRIPT", script)
+        assert "seen: []" in refused(mjcf("<geom size='0.124'/>"))
+
     def test_a_model_that_takes_too_long_is_given_up(
         self, refused: Refused, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     ) -> None:
@@ -390,3 +413,21 @@ class TestFiles:
         assert set(found) == {"part.obj", "skin.obj", "skin.mtl", "wood.png"}
         assert found["skin.obj"].startswith(b"mtllib skin.mtl\n\n")
         assert found["skin.mtl"].split(b"\n") == [b"newmtl a", b"map_Kd wood.png", b"", b""]
+
+    @pytest.mark.parametrize(
+        ("head", "read"),
+        [
+            ("mtllib\tskin.mtl\n", b"mtllib skin.mtl\n"),
+            ("mtllib skin.mtl\r\n", b"mtllib skin.mtl\n"),
+            ("o a\rmtllib skin.mtl\r", b"o a\rmtllib skin.mtl\r"),
+            ("o a\rmtllib ../../secret.mtl\r", b"o a\r\r"),
+            ("# mtllib ../../secret.mtl\n", b"# \n"),
+        ],
+    )
+    def test_materials_are_found_where_readers_find_them(self, head: str, read: bytes, write: Write) -> None:
+        files = {"arm.urdf": ARM, "meshes/part.obj": head + TETRAHEDRON, "meshes/skin.mtl": "newmtl a\nmap_Kd\ta b.png"}
+        found = dict(load_mechanism(write(files | {"meshes/a b.png": b"wood"}), "arm.urdf").files)
+        assert found.get("part_2.obj", found["part.obj"]).startswith(read)
+        assert ("skin.mtl" in found) == (b"skin" in read)
+        if "skin.mtl" in found:
+            assert found["skin.mtl"] == b"newmtl a\nmap_Kd a_b.png" and found["a_b.png"] == b"wood"

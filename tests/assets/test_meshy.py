@@ -183,11 +183,28 @@ def test_a_missing_key_is_reported_with_advice(tmp_path: Path, monkeypatch: pyte
         Meshy(tmp_path)
 
 
-@pytest.mark.parametrize("url", ["http://example.org/a.glb", "file:///etc/passwd", "https:///x", None, 7])
+URLS = ["http://example.org/a.glb", "file:///etc/passwd", "https:///x", "https://a\x01b/c.glb", None, 7]
+
+
+@pytest.mark.parametrize("url", URLS)
 def test_results_are_fetched_from_safe_addresses_alone(tmp_path: Path, server: MeshyServer, url: object, monkeypatch):
     look = server.look
     monkeypatch.setattr(server, "look", lambda name: look(name) | {"model_urls": {"glb": url}})
     with pytest.raises(RunError, match=r"no \.glb file"):
+        client(tmp_path, server).make(WISH)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"model_urls": ["a.glb"]}, r"no \.glb file"),
+        ({"status": "FAILED", "task_error": "no credits left"}, "preview ended as FAILED; ask again"),
+    ],
+)
+def test_malformed_tasks_are_reported(tmp_path: Path, server: MeshyServer, change, words: str, monkeypatch):
+    look = server.look
+    monkeypatch.setattr(server, "look", lambda name: look(name) | change)
+    with pytest.raises(RunError, match=words):
         client(tmp_path, server).make(WISH)
 
 
@@ -202,9 +219,13 @@ def test_prompts_are_limited(prompt: str):
         Order3D(prompt)
 
 
-def test_a_damaged_ledger_is_not_paid_over(tmp_path: Path, server: MeshyServer):
+TASK = '{"orders": {"k": {"prompt": "", "options": {}, "tasks": {}, "former": [{"asked": 0, "price": "20"}]}}}'
+
+
+@pytest.mark.parametrize("text", ["{", TASK])
+def test_a_damaged_ledger_is_not_paid_over(tmp_path: Path, server: MeshyServer, text: str):
     (tmp_path / "assets").mkdir()
-    (tmp_path / FILE).write_text("{")
+    (tmp_path / FILE).write_text(text)
     with pytest.raises(AssetError, match="damaged"):
         client(tmp_path, server).make(WISH)
     assert server.posted() == []

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from text2sim.asset_intake.mechanism_check import check_mechanism, draw_preview
 from text2sim.asset_intake.probe import probe
 from text2sim.asset_intake.register import add
-from text2sim.asset_intake.tiny_case import import_into_engine
+from text2sim.asset_intake.tiny_case import TrialOutcome, import_into_engine
 from text2sim.assets.manifest import read_manifest, verify_manifest
 from text2sim.cli.main import app
 from text2sim.spec_schema.errors import AssetError
@@ -183,6 +183,23 @@ def test_the_engine_loads_a_repaired_mesh(tmp_path: Path):
     assert not import_into_engine(tmp_path / "bad.obj").ok
 
 
+@pytest.mark.parametrize("initial", [{"le*": 0.5}, {"lever": "${1 / 2}"}, {"le*": 0.1, "lever": 0.5}])
+def test_a_joint_is_driven_from_where_the_body_starts(initial: dict[str, Any], monkeypatch: pytest.MonkeyPatch):
+    cases = []
+    outcome = TrialOutcome("crashed", "", 0.0, {})
+    monkeypatch.setattr("text2sim.asset_intake.probe.run_trial", lambda loaded: cases.append(loaded.case) or outcome)
+    probe({**LEVER, "initial": initial})
+    assert cases[0].actions.controls["drive_0"].position.values == pytest.approx([0.5, 0.65])
+
+
+def test_a_joint_that_the_manifest_cannot_name_is_not_listed(tmp_path: Path):
+    (tmp_path / "arm.xml").write_text(ARM.replace('"grip"', f'"{"g" * 201}"'))
+    added = add(tmp_path, tmp_path / "arm.xml", "arm")
+    assert [*added.asset.control] == ["shoulder"]
+    assert added.asset.notes[-1].endswith("with names of 200 characters or fewer; 1 are not listed")
+    assert read_manifest(tmp_path).assets["arm"] == added.asset
+
+
 BEAM = """\
 <robot name="beam">
   <link name="base">
@@ -206,6 +223,13 @@ def test_a_file_whose_meshes_lie_beside_its_folder_needs_the_root(tmp_path: Path
         assert answer.exit_code == 0, answer.output
     assert (case / "assets/beam/beam.urdf").is_file()
     assert (case / "assets/beam/box.obj").is_file()
+    # The root has nothing to do with other errors.
+    ending = '<joint name="j" type="fixed"><parent link="x"/><child link="base"/></joint></robot>'
+    file.write_text(
+        BEAM.replace('<mesh filename="../parts/box.obj"/>', '<sphere radius="1"/>').replace("</robot>", ending)
+    )
+    answer = CliRunner().invoke(app, ["asset", "check", str(file)])
+    assert "refers to a link `x`" in str(answer.exception) and "--root" not in str(answer.exception)
 
 
 def test_a_file_of_the_engine_is_looked_at_as_the_case_names_it() -> None:

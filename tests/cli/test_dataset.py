@@ -1,6 +1,7 @@
 """`text2sim dataset` as far as nothing is simulated."""
 
 import os
+import shutil
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -39,6 +40,14 @@ def test_benchmarks_that_cannot_be_are_refused_before_anything_runs(
     assert answer.code == 2
     assert "benchmark.yaml:1:15: error: there is no measure `heigth`" in answer.err
     assert not [*Path().glob("*made*")]
+
+
+def test_two_cases_of_one_name_would_be_one_benchmark(case: Path) -> None:
+    other = case.with_name("other")
+    shutil.copytree(case, other)
+    rows, tasks = examined([case, other], Path("runs"))
+    assert [row.ok for row in rows] == [True, False] and list(tasks) == [0]
+    assert rows[1].failure.endswith("cases/fall/case.yaml has the name `fall`, too; give one of them another")
 
 
 def test_a_build_that_is_stopped_exits_as_other_commands_do(

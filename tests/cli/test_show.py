@@ -49,6 +49,8 @@ def test_a_picture_that_cannot_be_written_is_no_crash(cli: Cli, case: Path, tmp_
     assert answer.code == 2
     assert "Traceback" not in answer.err
     assert "file" in answer.err
+    answer = cli("show", case, "--png", ".")
+    assert (answer.code, answer.err) == (2, "cases/fall/case.yaml: .: Is a directory\n")
 
 
 def test_json(cli: Cli, case: Path) -> None:

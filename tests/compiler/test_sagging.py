@@ -128,7 +128,8 @@ def test_an_end_of_a_sheet_with_gathered_ends_is_where_it_is_held(region):
     [
         ("sag: 0.1, over: 0.05", "give at most one of sag, over, folds"),
         ("sag: 0.1, folds: 4", "give at most one of sag, over, folds"),
-        ("over: 0.5, over_at: 0.4", "the shorter side must reach around the fold"),
+        ("over: 0.5, over_at: 0.4", "the shorter side must reach around the fold, 0.79 m or more"),
+        ("over: 0.1, over_at: 0.1", "the shorter side must reach around the fold, 0.16 m or more"),
         ("over: 0.05, over_at: 1", "less than 1"),
         ("ends: 0.5", "ends needs a sag"),
         ("sag: 0.2, ends: 0.5", "ends must be from 0.52 m to the width, 1 m"),

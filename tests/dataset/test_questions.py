@@ -2,6 +2,7 @@
 
 import json
 from collections import Counter
+from contextlib import chdir
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,11 @@ import pytest
 import yaml
 from crates import Take
 
+from text2sim.cli.dataset import review
 from text2sim.dataset.balance import balanced_questions, guess_by_words
 from text2sim.dataset.questions import ItemScene, candidate_questions, cause_in_words, what_if
 from text2sim.dataset.review import read_decisions, write_review
-from text2sim.spec_schema.errors import SpecError
+from text2sim.spec_schema.errors import RunError, SpecError
 
 HIT = {"kind": "contact", "name": None, "between": ["crate", "ball"], "time": 0.5, "end": 0.6}
 
@@ -165,6 +167,9 @@ def test_a_few_questions_of_one_case_are_judged_by_chance() -> None:
 def test_the_review_shows_doubtful_items_and_decisions_are_read_back(dataset: Path, tmp_path: Path) -> None:
     assert write_review(dataset, tmp_path / "page.html", {}) == 0
     assert write_review(dataset, tmp_path / "page.html", {}, everything=True) == 3
+    with chdir(dataset):
+        review(Path("."), everything=True)
+    assert dataset.with_name(f"{dataset.name}-review.html").is_file()
     page = (tmp_path / "page.html").read_text()
     assert page.count("data:image/jpeg") == 12 and "A crate slides." in page
     (tmp_path / "review.yaml").write_text('review:\n  a: {decision: drop, note: "dark"}\n')
@@ -172,3 +177,10 @@ def test_the_review_shows_doubtful_items_and_decisions_are_read_back(dataset: Pa
     (tmp_path / "review.yaml").write_text("review:\n  a: {decision: dorp}\n")
     with pytest.raises(SpecError, match=r"review.yaml:2:\d+: error"):
         read_decisions(tmp_path / "review.yaml")
+    for path, words in (
+        ("shards/train-00000.tar", "train-00000.tar: cannot be read"),
+        ("items/train-00000.parquet", "Parquet"),
+    ):
+        (dataset / path).write_bytes(b"no such file " * 100)
+        with pytest.raises(RunError, match=words):
+            write_review(dataset, tmp_path / "page.html", {}, everything=True)

@@ -37,6 +37,7 @@ def problems(body: str) -> str:
         ("annotations: [dept]\n", "did you mean `depth`?"),
         ("film: {size: [15, 20]}\n", "r.yaml:6:"),
         ("film: {size: [127, 72]}\n", "r.yaml:6:15: error: needs an even number from 16 to 4096 (got 127)"),
+        ("film: {size: [128, 5000]}\n", "must be from 16 to 4096 (got 5000)"),
         ("film: {size: [128]}\n", "needs 2 even numbers from 16 to 4096"),
         ("splits: {train: 0.5, test: 0.9}\n", "r.yaml:6:9: error: the shares must add up to at most 1 (got 1.4)"),
         (

@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 
 from text2sim.cli.main import run
+from text2sim.engine_benchmark.compare import Compared
+from text2sim.spec_schema.errors import RunError
 
 BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks/engines"
 LAZY = """\
@@ -53,6 +55,46 @@ def test_a_case_is_exported_and_mujoco_agrees_with_the_equation(tmp_path, monkey
     assert "`quat` has the shape (101, 1, 3), not (101, 1, 4)" in capsys.readouterr().out
 
 
-def test_other_folders_are_refused(tmp_path, monkeypatch, capsys):
+ROW = {"unit": "m", "reference": "analytic", "tolerance": 1, "until": 1, "convergence": {"errors": [0]}, "values": [0]}
+SCENE = {
+    "name": "x", "step": 0.01, "complete": True, "left_out": [], "times": [0.0], "observables": {"z": ROW},
+    "ours": {"seconds": 1, "memory": 1},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("scene", "words"),
+    [
+        (None, "is not a benchmark: text2sim benchmark export CASE writes one"),
+        ({"name": "x", "step": 0.01, "complete": True}, "is not a benchmark"),
+        (SCENE | {"observables": [1]}, "is not a benchmark"),
+        (SCENE | {"observables": {"z": ROW | {"values": [0, 1]}}}, "is not a benchmark"),
+        (SCENE | {"complete": False, "left_out": ["a soft body"]}, "no model of its scene, because of a soft body"),
+        (SCENE, "case.yaml"),
+    ],
+)
+def test_other_folders_are_refused(scene, words, tmp_path, monkeypatch, capsys):
+    if scene is not None:
+        (tmp_path / "benchmark.json").write_text(json.dumps(scene))
     assert call(monkeypatch, "run", tmp_path) == 2
-    assert "is not a benchmark: text2sim benchmark export CASE writes one" in capsys.readouterr().out
+    assert words in capsys.readouterr().out
+    assert call(monkeypatch, "run", tmp_path, "--json") == 2
+    assert not json.loads(capsys.readouterr().out)["ok"]
+
+
+@pytest.mark.parametrize("theirs", [0.5, 2.0])
+def test_a_benchmark_that_could_not_run_is_not_hidden_by_others(theirs, tmp_path, monkeypatch, capsys):
+    good = Compared("x", "z", "m", "analytic", 1.0, 1.0, 0.0, theirs, 0.0, (1.0, 1.0), (1, 1))
+
+    def run(engine, folder, stop):
+        if folder.name == "bad":
+            raise RunError("mujoco did not finish")
+        return [good]
+
+    monkeypatch.setattr("text2sim.engine_benchmark.compare.run", run)
+    assert call(monkeypatch, "run", tmp_path / "bad", tmp_path / "good", "--json") == 2
+    assert not json.loads(capsys.readouterr().out)["ok"]
+    assert call(monkeypatch, "run", tmp_path / "good") == (0 if good.ok else 1)
+    # A table that cannot be written loses nothing: half an hour of runs may be in it.
+    assert call(monkeypatch, "run", tmp_path / "good", "--table", tmp_path / "none/table.md") == 2
+    assert "| x | z | analytic" in capsys.readouterr().out

@@ -150,3 +150,26 @@ def test_a_run_that_diverged_is_written_up_to_there(tmp_path: Path) -> None:
     arrays["links_pos"][3:, 1] = np.nan
     np.savez(chunk, **arrays)
     assert write_usd(folder, tmp_path / "run.usdc")["frames"] == 3
+
+
+def test_a_sky_is_a_sun_and_a_dome(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "run", cloth=False, grains=False)
+    text = (folder / "program/render.py").read_text()
+    sky = {"sky": {"kind": "sky", "strength": 3.0, "direction": (0, 0, -1), "turbidity": 3.0}}
+    (folder / "program/render.py").write_text(text + f"LIGHTS = {sky!r}\n")
+    write_usd(folder, tmp_path / "run.usdc")
+    stage = Usd.Stage.Open(str(tmp_path / "run.usdc"))
+    lights = stage.GetPrimAtPath("/run/lights").GetChildren()
+    assert {prim.GetName(): prim.GetTypeName() for prim in lights} == {"sky": "DistantLight", "sky_dome": "DomeLight"}
+
+
+def test_links_whose_names_differ_in_signs_are_kept_apart(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "run", cloth=False, grains=False)
+    layout = (folder / "states/layout.json").read_text().replace('"upper"', '"foot-l"').replace('"lower"', '"foot_l"')
+    (folder / "states/layout.json").write_text(layout)
+    write_usd(folder, tmp_path / "run.usdc")
+    stage = Usd.Stage.Open(str(tmp_path / "run.usdc"))
+    arm = stage.GetPrimAtPath("/run/bodies/arm").GetChildren()
+    assert [(prim.GetName(), prim.GetCustomDataByKey("text2sim:link")) for prim in arm] == [
+        ("foot_l", "foot-l"), ("foot_l_", "foot_l")
+    ]  # fmt: skip

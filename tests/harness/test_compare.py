@@ -74,6 +74,13 @@ def test_the_page_runs_no_script_but_its_own(run_of, tmp_path):
     assert page == write_comparison(compare(runs), tmp_path / "page.html").read_text()
 
 
+def test_a_run_of_one_frame_beside_a_whole_one(run_of, tmp_path):
+    folders = [run_of("drop-1", 0.2), run_of("drop-2", 0.8)]
+    (folders[0] / "measures.csv").write_text("time,height\n0,1\n")
+    page = write_comparison(compare(read_runs(folders)), tmp_path / "page.html").read_text()
+    assert "data:image/png" in page
+
+
 def test_films_are_played_together(run_of, tmp_path):
     folders = [run_of("drop-1", 0.2, mass=1.0), run_of("drop-2", 0.8, mass=2.0)]
     for folder in folders:
@@ -91,6 +98,9 @@ def test_a_sweep_stands_for_its_runs(run_of):
     rows.append({"label": "out", "folder": "../../etc"})
     (sweep / "sweep.json").write_text(json.dumps({"runs": rows}))
     assert [run.label for run in read_runs([sweep])] == ["light", "heavy"]
+    (sweep / "sweep.json").write_text('{"runs": 3}')
+    with pytest.raises(RunError, match="two runs or more"):
+        read_runs([sweep, sweep])
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,10 @@ import pytest
 
 from text2sim.evidence.evidence import judge
 from text2sim.harness.rescue import rescue
+from text2sim.recording.geometry import Geometry
 from text2sim.recording.inventory import RECORDED, first_fault, list_files
 from text2sim.recording.record import RunRecord
+from text2sim.recording.run_files import read_events, read_measures
 
 EXPECT = {
     "always": {"measure": "height", "during": "all", "above": -1.0},
@@ -137,3 +139,23 @@ def test_a_record_with_values_of_other_types_is_none(run: Path, change: dict[str
 def test_copies_of_a_run_hold_the_same_files(run: Path, tmp_path: Path):
     shutil.copytree(run, tmp_path / "copy")
     assert list_files(tmp_path / "copy", RECORDED) == list_files(run, RECORDED)
+
+
+@pytest.mark.parametrize("damage", [b"", b"\x80\x04K\x01.", b"PK\x03\x04" + bytes(60), "[1]", "{}", '{"0": [3]}'])
+def test_shapes_that_cannot_be_read_have_no_corners(damage: bytes | str, tmp_path: Path) -> None:
+    (tmp_path / "geometry").mkdir()
+    (tmp_path / "geometry/index.json").write_text(damage if isinstance(damage, str) else '{"0": [{"mesh": "a.npz"}]}')
+    (tmp_path / "geometry/a.npz").write_bytes(damage if isinstance(damage, bytes) else b"")
+    assert Geometry.load(tmp_path).corners(0).shape == (0, 3)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "\n", "time,x\n0", "time,x\n0," + "1" * 200_000, "[" * 100_000, '{"name": "x", "time": ' + "1" * 400 + "}"],
+)
+def test_files_that_cannot_be_read_are_empty(text: str, tmp_path: Path) -> None:
+    (tmp_path / "measures.csv").write_text(text)
+    (tmp_path / "events.jsonl").write_text(text)
+    times, measures = read_measures(tmp_path)
+    assert times.size == 0 and not any(values.size for values in measures.values())
+    assert read_events(tmp_path) == []

@@ -290,6 +290,10 @@ def test_two_runs_of_one_case_do_not_meet(silent: Stage):
     first = silent.run(film=False)
     with RunLock(silent.runs, first.folder.name), pytest.raises(MachineError, match="by another text2sim"):
         silent.run(film=False)
+    with RunLock(silent.runs, first.folder.name) as lock:
+        os.pwrite(lock.fileno, b"9" * 40, 0)  # the number of no process
+        with pytest.raises(MachineError, match="by another text2sim;"):
+            silent.run(film=False)
     assert silent.run(film=False).work is not Work.SIMULATE
 
 

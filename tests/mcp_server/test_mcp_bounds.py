@@ -107,6 +107,14 @@ def test_forged_runs_are_reported_as_damaged(agent: Agent) -> None:
     (run / "program/render.py").write_text("FPS = 1e12\nCAMERAS = {'a': {}}\nSHOTS = []\nSTART = 0\n", "utf-8")
     assert agent("evidence", run="forged-3").document["events"] == {"e": "never"}
     assert agent("evidence", run="forged-3", part="series:a").text.splitlines()[-1] == "2, 3"
+    (run / "measures.csv").write_text("time,a\n0," + "1" * 200_000, "utf-8")
+    assert "damaged" in agent("evidence", run="forged-3", part="series:a").document["error"]
+    huge = '{"measures": {"m": {"unit": "m", "first": 1, "last": 1' + "0" * 400 + "}}}"
+    (run / "evidence.json").write_text(huge, "utf-8")
+    assert agent("evidence", run="forged-3").document["measures"]["m"].startswith("first 1, last none, min none")
+    (run / "evidence.json").write_text('{"time": "now", "expect": {"a": {"ok": []}}}', "utf-8")
+    forged = agent("evidence", run="forged-3").document
+    assert (forged["reached"], forged["expect"]) == ("None of None s", {"a": "open: : "})
     assert "describes no film" in agent("frames", run="forged-3").document["error"]
     endless = "FPS = 1e9\nCAMERAS = {'a': {}}\nSHOTS = []\nSTART = 0\nEND = 100\nSPEED = 1.0\nMOTION_BLUR = 0\n"
     (run / "program/render.py").write_text(endless, "utf-8")

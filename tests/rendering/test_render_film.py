@@ -206,6 +206,8 @@ def test_the_command(make_run: MakeRun, tmp_path: Path) -> None:
         (["--camera", "mian"], "there is no camera `mian`; there are main; did you mean `main`?"),
         (["--frames", "9:12"], "pictures 0 to 3"),
         (["--shard", "3/2"], "1/4"),
+        (["--shard", "²/³"], "1/4"),
+        (["--resolution", "²x³"], "write 1280x720"),
         (["--join"], "are not rendered yet"),
     ],
 )

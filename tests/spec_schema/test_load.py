@@ -301,6 +301,8 @@ def test_pointers_and_paths():
     assert pointer(("a/b", 0, "c~d")) == "/a~1b/0/c~0d"
     assert parse_pointer("/a~1b/0/c~0d") == ("a/b", 0, "c~d")
     assert parse_pointer("") == ()
+    for word in ("007", "²", "٣", "9" * 5000):
+        assert parse_pointer(f"/{word}/10") == (word, 10)
 
 
 def test_checking_a_case_imports_nothing_heavy():

@@ -56,6 +56,13 @@ def test_a_document_is_migrated_in_memory_as_the_operations_say():
     assert loaded.case.text2sim == LATEST
 
 
+@pytest.mark.parametrize("name", ["²", "007"])
+def test_odd_names_of_cameras_are_reported_and_no_numbers(name: str):
+    problem = only_problem(FIRST.replace("near:", f'"{name}":'))
+    assert problem.path == f"/render/cameras/{name}"
+    assert "a letter, then letters, digits or _" in problem.message
+
+
 LAYERS = """\
 variants:
   wide: {render: {cameras: {near: {fov: 60}}}}

@@ -387,6 +387,14 @@ def test_all_at_once_in_the_order_of_the_file(stage):
     assert [p.line for p in problems] == sorted(p.line for p in problems)
 
 
+def test_a_rate_of_recording_that_is_taken_over_from_the_message_is_enough(stage):
+    edits = {"/scene/duration": 0.3, "/scene/record": {"rate": 3}}
+    (problem,) = (p for p in check_references(stage(edits)) if p.rule == "rate")
+    assert problem.message == "records only the start: a run of 0.3 s needs at least 3.4"
+    problems = check_references(stage(edits | {"/scene/record": {"rate": 3.4}}))
+    assert not [p for p in problems if p.rule == "rate"]
+
+
 def test_what_comes_too_late_to_matter_is_a_warning(stage):
     edits = {CONTROL: {"kind": "impulse", "body": "ball", "impulse": [1, 0, 0], "at": 3}}
     assert [p.severity for p in check_references(stage(edits))] == ["warning"]

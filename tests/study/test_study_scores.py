@@ -5,11 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from text2sim.spec_schema.errors import RunError
 from text2sim.study.analyse import OVERALL, analyse, krippendorff_alpha
-from text2sim.study.answers import Answers, StudyAnswer
+from text2sim.study.answers import FILE, Answers, StudyAnswer
 from text2sim.study.build import QUESTIONS, Study
 from text2sim.study.plan import assignments
 
+QUESTION = next(iter(QUESTIONS))
 TRUE = {"better": 1.0, "worse": -0.6, "like": 0.0}
 
 
@@ -106,3 +108,19 @@ def test_an_assignment_that_was_left_goes_to_another(tmp_path: Path) -> None:
             answers.give(person, number, dict.fromkeys(QUESTIONS, 0))
     assert answers.position(answers.begin())[0] == answers.position(people[0])[0]
     assert answers.position("nobody") is None
+
+
+def test_answers_that_cannot_be_are_refused(tmp_path: Path) -> None:
+    study = planned(10)
+    answers = Answers(tmp_path, study)
+    person = answers.begin()
+    assert person is not None
+    for number, levels in ((15, {QUESTION: 1}), (0, {"taste": 1}), (0, {QUESTION: 7})):
+        answers.give(person, number, levels)
+        with pytest.raises(RunError, match="that no participant of this study can give"):
+            answers.all()
+        answers._base.execute("DELETE FROM answer")
+    answers.close()
+    (tmp_path / FILE).write_bytes(b"no database, but more than a few bytes of something else" * 20)
+    with pytest.raises(RunError, match="answers cannot be kept in it"):
+        Answers(tmp_path, study)

@@ -81,12 +81,13 @@ def probe(what: Path | Mapping[str, Any], folder: Path | None = None) -> ProbeRe
         MachineError: if this machine cannot run the engine.
     """
     subject = Subject.of(what, folder)
-    report = report_of(resolve_subject(subject))
+    resolution = resolve_subject(subject)
+    report, starts = report_of(resolution), resolution.lowering.trees[BODY].initial
     driven = [n for n, control in report.control.items() if control.kind != "ball" and n.isidentifier() and n.isascii()]
     driven = driven[:MAX_JOINTS]
     if not driven:
         raise AssetError("has no hinge or slider that can be driven")
-    signals = _signals(subject, report, driven)
+    signals = _signals(starts, report, driven)
     given = tuple(signal.joint for signal in signals if report.control[signal.joint].actuator is None)
     outcome = run_trial(_case(subject, signals, given))
     recorded = bool(outcome.series.get("time"))
@@ -108,14 +109,13 @@ def probe(what: Path | Mapping[str, Any], folder: Path | None = None) -> ProbeRe
     )
 
 
-def _signals(subject: Subject, report: MechanismReport, driven: list[str]) -> list[_Signal]:
-    initial = subject.body.get("initial") or {}
+def _signals(starts: Mapping[str, float], report: MechanismReport, driven: list[str]) -> list[_Signal]:
     windows = min(len(driven), MAX_WINDOWS)
     found = []
     for number, name in enumerate(driven):
         control = report.control[name]
         low, high = control.range or (-math.inf, math.inf)
-        start = float(initial.get(name, 0.0))
+        start = starts.get(name, 0.0)
         if not low <= start <= high:
             start = (low + high) / 2
         up = high - start >= (start - low) * (1 - 1e-9)

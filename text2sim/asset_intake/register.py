@@ -10,7 +10,7 @@ from typing import Any
 
 from text2sim.assets.engine_files import PREFIX, locate_in_root
 from text2sim.assets.foreign_files import printable_line
-from text2sim.assets.manifest import Asset, Extent, Origin, register
+from text2sim.assets.manifest import MAX_JOINT_NAME, MAX_JOINTS, Asset, Extent, Origin, register
 from text2sim.assets.mechanism import KIND_BY_SUFFIX, load_mechanism
 from text2sim.assets.mesh_intake import SUFFIXES as MESHES
 from text2sim.assets.mesh_repair import RepairGoal
@@ -137,10 +137,13 @@ def _add_mechanism(folder: Path, location: tuple[Path, str], name: str, licence:
     written = write_asset(folder, path, document)
     # The report is about the document that the case will read, not about the original.
     report = check_mechanism(written, folder)
+    control = dict([row for row in report.control.items() if len(row[0]) <= MAX_JOINT_NAME][:MAX_JOINTS])
+    missing = len(report.control) - len(control)
+    limits = f"the manifest has no more than {MAX_JOINTS} joints with names of {MAX_JOINT_NAME} characters or fewer"
+    notes = [*mechanism.notes, *report.notes, *([f"{limits}; {missing} are not listed"] if missing else [])]
     asset = _row(
-        path, document, source, licence, dict.fromkeys((*mechanism.notes, *report.notes)), kind=mechanism.kind,
-        size=_rounded(report.size), parts={part: digest(content) for part, content in parts.items()},
-        control=dict(report.control),
+        path, document, source, licence, dict.fromkeys(notes), kind=mechanism.kind, size=_rounded(report.size),
+        parts={part: digest(content) for part, content in parts.items()}, control=control,
     )  # fmt: skip
     register(folder, name, asset)
     return AddedAsset(name, asset)

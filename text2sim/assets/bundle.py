@@ -13,7 +13,8 @@ MAX_FILES = 500
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tga")
 
 _MTL_PICTURE = re.compile(r"^\s*(?:map_\w+|bump|disp|decal|refl|norm)\s", re.IGNORECASE)
-_OBJ_MATERIAL = re.compile(rb"^[ \t\r\f\v]*mtllib ([^\n]*)", re.IGNORECASE | re.MULTILINE)
+_OBJ_MATERIAL = re.compile(rb"mtllib([^\r\n]*)(?:\r(?=\n))?", re.IGNORECASE)
+"""Anywhere in a line: readers see it in a comment, too."""
 _DAE_PICTURE = re.compile(rb"(<init_from[^>]*>)([^<]*)(</init_from>)")
 
 
@@ -150,7 +151,10 @@ class Bundle:
 
     def _obj(self, content: bytes, path: Path, *, painted: bool) -> bytes:
         def replace(found: re.Match[bytes]) -> bytes:
-            name = self._material(found[1].decode("utf-8", "replace").strip(), path) if painted else None
+            line = content.rfind(b"\n", 0, found.start()) + 1
+            line = max(line, content.rfind(b"\r", line, found.start()) + 1)
+            first = not content[line : found.start()].strip()
+            name = self._material(found[1].decode("utf-8", "replace").strip(), path) if painted and first else None
             return b"" if name is None else b"mtllib " + name.encode()
 
         return _OBJ_MATERIAL.sub(replace, content)
@@ -164,7 +168,7 @@ class Bundle:
         for index, line in enumerate(lines):
             if _MTL_PICTURE.match(line):
                 # The name follows the options; it can contain blanks only if there are none.
-                key, _, rest = line.strip().partition(" ")
+                key, rest = (*line.split(None, 1), "")[:2]
                 name = rest.split()[-1] if rest.startswith("-") else rest.strip()
                 picture = self._picture(name, material.parent, path.parent)
                 lines[index] = "" if picture is None else f"{key} {picture}"

@@ -128,7 +128,7 @@ def check_obj(content: bytes) -> None:
     Raises:
         AssetError: if it does.
     """
-    groups = max(content.count(b"\nusemtl"), content.count(b"\no "), content.count(b"\ng "))
+    groups = max(content.count(b"\n" + word) + content.count(b"\r" + word) for word in (b"usemtl", b"o ", b"g "))
     if groups > MAX_GROUPS:
         raise AssetError(f"has {groups:,} parts; at most {MAX_GROUPS:,} are possible: join them")
 

@@ -1,7 +1,6 @@
 """Inspection of models with MuJoCo in a child process, so that a hostile file cannot crash ours."""
 
 import json
-import os
 import subprocess
 import sys
 import tempfile
@@ -10,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.assets.answer_cache import cached_answer
-from text2sim.assets.confined import end_of
+from text2sim.assets.confined import end_of, environment_without_keys
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.whole_files import naming
 
@@ -47,7 +46,8 @@ def _ask_mujoco(kind: str, text: str, files: Files) -> dict[str, Any]:
                 (folder / "files" / file).write_bytes(content)
             (folder / "model.xml").write_text(text, "utf-8")
         # The script imports nothing of ours, and must not find our modules in place of others.
-        environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+        environment = environment_without_keys()
+        del environment["PYTHONPATH"]
         command = [sys.executable, "-P", str(SCRIPT), kind, str(folder)]
         try:
             done = subprocess.run(

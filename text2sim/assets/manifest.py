@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StringConstraints
 
-from text2sim.assets.safe_write import FOLDER, digest, only_me, place_in, read_kept, write_asset
+from text2sim.assets.safe_write import FOLDER, digest, only_me, parts_of, place_in, read_kept, write_asset
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.models.base import Bool, Model, Name, NonNegative, Noun, Positive, Range
 from text2sim.spec_schema.text.document import parse_document
@@ -16,6 +16,8 @@ from text2sim.spec_schema.vocabulary.typed_document import model_of
 FILE = f"{FOLDER}/manifest.yaml"
 VERSION = 1
 MAX_ASSETS = 1000
+MAX_JOINTS, MAX_JOINT_NAME = 500, 200
+"""Most joints of an asset, and most characters of the name of one."""
 HEADER_COMMENT = "# Contents of this folder. `text2sim asset` rewrites this file, without comments."
 WIDTH = 110
 
@@ -86,8 +88,8 @@ class Asset(Model):
     """Repairs and doubts."""
     parts: dict[Place, Digest] = Field(default_factory=dict, max_length=500)
     """SHA-256 of the other files that it needs, by path inside the case's folder."""
-    control: dict[Annotated[str, StringConstraints(min_length=1, max_length=200)], Control] = Field(
-        default_factory=dict, max_length=500
+    control: dict[Annotated[str, StringConstraints(min_length=1, max_length=MAX_JOINT_NAME)], Control] = Field(
+        default_factory=dict, max_length=MAX_JOINTS
     )
     """Its joints, by name."""
 
@@ -124,7 +126,7 @@ def parse_manifest(source: Source) -> Manifest:
     for name, asset in manifest.assets.items():
         for path in (("assets", name, "file"), *(("assets", name, "parts", part) for part in asset.parts)):
             try:
-                place_in(Path("/"), str(path[-1]) if path[2] == "parts" else asset.file)
+                parts_of(str(path[-1]) if path[2] == "parts" else asset.file)
             except AssetError as error:
                 problems.append(document.problem(path, str(error), rule="asset", key=path[2] == "parts"))
     if problems:
@@ -142,9 +144,12 @@ def register(case: Path, name: str, asset: Asset) -> Manifest:
 
     Raises:
         SpecError: if the old or the new manifest is not valid.
+        AssetError: if there are too many assets.
     """
     with only_me(case):
         manifest = read_manifest(case)
+        if name not in manifest.assets and len(manifest.assets) >= MAX_ASSETS:
+            raise AssetError(f"`{FILE}` has {MAX_ASSETS:,} assets, and more are not possible; remove some from it")
         manifest = Manifest(assets={**manifest.assets, name: asset})
         text = manifest_text(manifest)
         parse_manifest(check_source(Source(text, FILE)))

@@ -28,8 +28,8 @@ def parse_markup(path: Path) -> ET.Element:
     """Return the root of a document, without comments and text; prefixes of names are kept.
 
     Raises:
-        AssetError: if it is too large, not well-formed, declares a document type or entities, or has a
-            number that is not finite.
+        AssetError: if it is too large, not well-formed, in a strange encoding, declares a document type or entities,
+            or has a number that is not finite.
     """
     size = path.stat().st_size
     if size > MAX_BYTES:
@@ -39,6 +39,8 @@ def parse_markup(path: Path) -> ET.Element:
         return reader.read(path.read_bytes())
     except expat.ExpatError as error:
         raise AssetError(f"is not well-formed XML: {expat.ErrorString(error.code)} in line {error.lineno}") from None
+    except (LookupError, ValueError):  # an encoding that does not exist, or of which expat has no table
+        raise AssetError("declares an encoding that cannot be read; save it as UTF-8") from None
 
 
 class _Reader:

@@ -169,10 +169,13 @@ def _move_origin(surface: TriangleMesh, origin: Origin, done: list[str]) -> Tria
     middle = (used.min(axis=0) + used.max(axis=0)) / 2
     if origin == "base":
         middle[2] = used[:, 2].min()
-    elif surface.watertight:
+        word = "middle of its base"
+    elif surface.watertight and not surface.flat:
         middle = _center_of_mass(surface)
+        word = "centre of mass"
+    else:
+        word = "middle of its extent, as it encloses no volume"
     if np.abs(middle).max() > 1e-9 * surface.diagonal:
-        word = "middle of its base" if origin == "base" else "centre of mass"
         done.append(f"moved the origin to the {word}")
     return replace(surface, vertices=surface.vertices - middle)
 

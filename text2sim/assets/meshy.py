@@ -142,7 +142,7 @@ class Meshy:
         self._ledger.write(key, order)
         found = self._wait(client, stage, task, lambda: self._ledger.write(key, order))
         if task.status != "SUCCEEDED":
-            reason = _reason_in((found.get("task_error") or {}).get("message"))
+            reason = _reason_in(_member(found.get("task_error"), "message"))
             because = f": {reason}" if reason else ""
             raise RunError(f"Meshy's {stage} ended as {task.status}{because}; ask again to retry")
         return found
@@ -205,13 +205,15 @@ class Meshy:
         found = self._send(client, "GET", f"{API_PATH}?page_num=1&page_size=50&sort_by=-created_at")
         rows, known = found.get("items", []), self._ledger.known()
         for row in rows if isinstance(rows, list) else []:
-            if not isinstance(row, dict) or row.get("prompt") != wanted.prompt or row.get("id") in known:
+            if not isinstance(row, dict) or row.get("prompt") != wanted.prompt:
+                continue
+            if not isinstance(name := row.get("id"), str) or name in known:
                 continue
             kind = f"{row.get('mode', '')} {row.get('type', '')}".lower()
             other = "refine" if stage == "preview" else "preview"
             made = row.get("created_at")
             if other not in kind and isinstance(made, int | float) and made >= task.asked - MAX_CLOCK_DIFFERENCE:
-                return _task_id(row.get("id"))
+                return _task_id(name)
         return ""
 
     # --- one request --------------------------------------------------------------------------------------
@@ -264,7 +266,7 @@ class Meshy:
         """The result of a task. The key is not sent, because results are on other machines."""
         import httpx
 
-        url = (found.get("model_urls") or {}).get("glb")
+        url = _member(found.get("model_urls"), "glb")
         if not isinstance(url, str) or not _is_trusted(url, self.base):
             raise RunError("Meshy gives no .glb file that can be downloaded")
         for attempt in range(MAX_TRIES):
@@ -277,6 +279,8 @@ class Meshy:
                         if not content.startswith(b"glTF"):
                             raise RunError("Meshy's result is not a .glb file")
                         return content
+            except httpx.InvalidURL:
+                raise RunError("Meshy gives no .glb file that can be downloaded") from None
             except httpx.HTTPError:
                 pass
             self._sleep(min(FIRST_POLL * 2**attempt, LONGEST_POLL))
@@ -336,6 +340,11 @@ def _task_id(value: Any) -> str:
     if not isinstance(value, str) or not _ID.fullmatch(value):
         raise RunError("Meshy's answer has no valid task id")
     return value
+
+
+def _member(value: Any, key: str) -> Any:
+    """What a mapping of an answer has under a key; None if it has nothing, or is no mapping."""
+    return value.get(key) if isinstance(value, dict) else None
 
 
 def _reason_in(value: Any) -> str:

@@ -96,5 +96,15 @@ class OrderLedger:
 
 
 def _order(row: dict[str, Any]) -> Order:
-    tasks = {str(stage): MeshyTask(**task) for stage, task in row["tasks"].items()}
-    return Order(str(row["prompt"]), dict(row["options"]), tasks, [MeshyTask(**task) for task in row["former"]])
+    tasks = {str(stage): _task(task) for stage, task in row["tasks"].items()}
+    return Order(str(row["prompt"]), dict(row["options"]), tasks, [_task(task) for task in row["former"]])
+
+
+def _task(row: dict[str, Any]) -> MeshyTask:
+    task = MeshyTask(**row)
+    numbers = task.asked, task.price, 0 if task.credits is None else task.credits
+    if not all(type(number) is int for number in numbers) or not all(
+        isinstance(w, str) for w in (task.id, task.status)
+    ):
+        raise TypeError("a task has a value of the wrong type")
+    return task

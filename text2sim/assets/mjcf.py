@@ -135,13 +135,13 @@ def _pixels(texture: ET.Element) -> int:
     """Pixels of a texture that MuJoCo generates: the six sides of a cube unless its type is 2d."""
     if texture.get("builtin", "none") == "none":
         return 0
-    wide, tall = (int(size) if (size := texture.get(name, "0")).isdigit() else 0 for name in ("width", "height"))
+    wide, tall = (int(size) if (size := texture.get(name, "0")).isdecimal() else 0 for name in ("width", "height"))
     return wide * tall if texture.get("type", "cube") == "2d" else 6 * wide * wide
 
 
 def _is_too_large(*sizes: str | None) -> bool:
     numbers = [number for size in sizes if size for number in size.split()]
-    return any(not number.isdigit() or int(number) > MAX_TEXTURE for number in numbers)
+    return any(not number.isdecimal() or int(number) > MAX_TEXTURE for number in numbers)
 
 
 def _refusal(tag: str) -> AssetError:

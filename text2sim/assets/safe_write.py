@@ -41,16 +41,25 @@ def place_in(folder: Path, file: str) -> Path:
     Raises:
         AssetError: if it is not.
     """
-    pure = PurePosixPath(file)
-    odd = "\\" in file or not file.isprintable() or ":" in file or file.startswith("~")
-    if not file or odd or pure.is_absolute() or ".." in pure.parts or not pure.name:
-        raise AssetError(f"`{file[:80]}` must be a path inside the case's folder, with forward slashes")
     path = folder
-    for part in pure.parts:
+    for part in parts_of(file):
         path = path / part
         if path.is_symlink():
             raise AssetError(f"`{file}` leads through a symbolic link (`{path.name}`); put the file itself there")
     return path
+
+
+def parts_of(file: str) -> tuple[str, ...]:
+    """Return the parts of a path inside a case's folder.
+
+    Raises:
+        AssetError: if it is not such a path.
+    """
+    pure = PurePosixPath(file)
+    odd = "\\" in file or not file.isprintable() or ":" in file or file.startswith("~")
+    if not file or odd or pure.is_absolute() or ".." in pure.parts or not pure.name:
+        raise AssetError(f"`{file[:80]}` must be a path inside the case's folder, with forward slashes")
+    return pure.parts
 
 
 def read_kept(folder: Path, file: str) -> bytes:

@@ -40,9 +40,12 @@ def read_urdf(root: ET.Element, bundle: Bundle, base: str | None) -> MechanismDr
     """
     if any(element.tag.startswith("xacro:") for element in root.iter()):
         raise AssetError("is a xacro document; convert it first: `xacro robot.urdf.xacro > robot.urdf`")
-    for element in root:
-        if element.tag in ("link", "joint") and not element.get("name"):
+    for element in [root, *root]:
+        if element.tag in ("robot", "link", "joint") and not element.get("name"):
             raise AssetError(f"has a {element.tag} without a name")
+        for end in ("parent", "child") if element.tag == "joint" else ():
+            if (link := element.find(end)) is None or not link.get("link"):
+                raise AssetError(f'joint `{element.get("name")}` has no {end} link; give it `<{end} link="…"/>`')
     notes = _leave_out(root)
     notes += _draw_collisions(root)
     _take_files(root, bundle)
@@ -145,7 +148,8 @@ def _check_joints(robot: "Robot") -> None:
     for joint in robot.joints:
         if joint.type not in JOINT_TYPES:
             remedy = "; use `base: free` for a free root" if joint.type == "floating" else ""
-            raise AssetError(f"joint `{joint.name}` is {joint.type}; the engine has {', '.join(JOINT_TYPES)}{remedy}")
+            kind = f"is {joint.type}" if joint.type else "has no type"
+            raise AssetError(f"joint `{joint.name}` {kind}; the engine has {', '.join(JOINT_TYPES)}{remedy}")
         if joint.type == "fixed":
             continue
         if joint.axis is not None and not any(joint.axis):

@@ -1,6 +1,7 @@
 """The commands `text2sim asset`: meshes, mechanisms and pictures of a case."""
 
 import os
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -54,6 +55,8 @@ _OwnName = Annotated[str, typer.Option("--name", metavar="NAME", help="Name of t
 _Up = Annotated[
     Axis | None, typer.Option("--up", help="Axis of the file that points up; by default y in glTF, else z.")
 ]
+_MISSING_FILE = re.compile(r"refers to `[^`]*`, which (?:does not exist|leads out|is in no folder)")
+"""Words of an error that another folder may cure."""
 _Root = Annotated[Path | None, typer.Option("--root", help="Folder with all its files; that of FILE if left out.")]
 
 
@@ -87,7 +90,7 @@ def _pointing_to_root(root: Path | None) -> Iterator[None]:
     try:
         yield
     except AssetError as error:
-        if root is not None or "refers to" not in str(error):
+        if root is not None or not _MISSING_FILE.search(str(error)):
             raise
         raise AssetError(f"{error}; use `--root DIR` if its files are in different folders of DIR") from None
 

@@ -13,6 +13,7 @@ from text2sim.runtime.stop import Stop
 from text2sim.service import exits
 from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import RunError, Text2SimError
+from text2sim.spec_schema.whole_files import write_atomically
 
 if TYPE_CHECKING:
     from text2sim.cluster.run import Placement
@@ -78,10 +79,16 @@ def examined(
     from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
     rows = [examine(path, overlay=overlay or CaseOverlay()) for path in find_cases(cases)]
-    known, tasks = measured_needs(runs), dict[int, list[Task]]()
+    known, tasks, named = measured_needs(runs), dict[int, list[Task]](), dict[str, Path]()
     for number, row in enumerate(rows):
         try:
             if row.loaded is not None and row.plan is not None:
+                # A folder is named as its case: a second one would replace the first.
+                if (other := named.setdefault(row.name, row.path)) != row.path:
+                    row.blame(
+                        RunError(f"{display_path(other)} has the name `{row.name}`, too; give one of them another")
+                    )
+                    continue
                 read_statement(row.loaded)  # reports its errors before anything runs
                 tasks[number] = tasks_of(row.loaded, row.plan, runs, known)
         except Text2SimError as error:
@@ -129,7 +136,7 @@ def run_benchmarks(
 ) -> None:
     """Run benchmarks in another engine, and compare its observables with the references.
 
-    Exit code 1: an observable is beyond its tolerance.
+    Exit code 1: an observable is beyond its tolerance; 2: a benchmark could not be run.
     """
     from text2sim.engine_benchmark.compare import Compared, run, table
 
@@ -143,18 +150,19 @@ def run_benchmarks(
         for folder in found:
             try:
                 rows += run(engine, folder, stop)
-            except RunError as error:
+            except Text2SimError as error:
                 failed.append({"folder": str(folder), "error": str(error)})
                 _ = as_json or say(str(error))
             if stop.count:
                 break
     text = table(rows, "MuJoCo" if engine == "mujoco" else engine)
-    if write is not None:
-        write.write_text(text, "utf-8")
+    code = exits.INPUT if failed else exits.OK if all(row.ok for row in rows) else exits.PHYSICS
+    code = exits.INTERRUPTED if stop.count else code
     if as_json:
-        say_json({"ok": all(row.ok for row in rows), "rows": [row.as_dict() for row in rows], "failed": failed})
+        say_json({"ok": code == exits.OK, "rows": [row.as_dict() for row in rows], "failed": failed})
     elif rows:
         say(text)
         say(f"{sum(row.ok for row in rows)} of {len(rows)} observables within their tolerances")
-    code = exits.OK if rows and all(row.ok for row in rows) else exits.PHYSICS if rows else exits.INPUT
+    if write is not None:
+        write_atomically(write, text)
     raise typer.Exit(code)

@@ -144,9 +144,10 @@ def questions(folder: Folder, as_json: AsJson = False) -> None:
     """Count the questions, and report the accuracy of answers without seeing the film."""
     _require()
     from text2sim.dataset.balance import guess_by_words
-    from text2sim.dataset.tables import read_rows, want_dataset
+    from text2sim.dataset.check import want_tables
+    from text2sim.dataset.tables import read_rows
 
-    want_dataset(folder)
+    want_tables(folder)
     cases = {row["key"]: row["case"] for _, row in read_rows(folder, "items", ["key", "case"])}
     asked = [*read_rows(folder, "questions")]
     rows = [row for _, row in asked]
@@ -174,8 +175,9 @@ def review(
     _require()
     from text2sim.dataset.review import read_decisions, write_review
 
-    path = folder.with_name(f"{folder.name}-review.html")
-    count = write_review(folder, path, read_decisions(decisions), everything=everything)
+    place = folder.resolve()  # which may be `.`
+    path = place.with_name(f"{place.name}-review.html")
+    count = write_review(place, path, read_decisions(decisions), everything=everything)
     say(f"{count} items: {display_path(path)}")
 
 

@@ -299,7 +299,7 @@ def shard_numbers(text: str) -> tuple[int, int]:
     if not text:
         return 0, 1
     number, _, count = text.partition("/")
-    if not (number.isdigit() and count.isdigit() and 1 <= int(number) <= int(count)):
+    if not (number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count)):
         raise typer.BadParameter(f"{text}: write 1/4 for the first of four", param_hint="'--shard'")
     return int(number) - 1, int(count)
 
@@ -313,7 +313,7 @@ def film_size(text: str) -> tuple[int, int] | None:
     if not text:
         return None
     width, _, height = text.partition("x")
-    if not (width.isdigit() and height.isdigit()) or any(
+    if not (width.isdecimal() and height.isdecimal()) or any(
         not 16 <= int(n) <= 8192 or int(n) % 2 for n in (width, height)
     ):
         raise typer.BadParameter(f"{text}: write 1280x720, even numbers", param_hint="'--resolution'")

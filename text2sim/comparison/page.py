@@ -70,6 +70,5 @@ def _lines(runs: list[Run], series: list[tuple[Array, dict[str, Array]]], name: 
     for run, (own, columns), (color, dashes) in zip(runs, series, STYLES * 2, strict=False):
         if name not in columns or not len(own):
             continue
-        values = np.interp(time, own, columns[name], right=np.nan) if len(own) > 1 else columns[name]
-        lines.append(PlotLine(run.label, values, color, dashes))
+        lines.append(PlotLine(run.label, np.interp(time, own, columns[name], right=np.nan), color, dashes))
     return time, lines

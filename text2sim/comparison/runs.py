@@ -71,8 +71,8 @@ def read_runs(folders: Sequence[Path]) -> list[Run]:
 
 
 def _members(folder: Path, sweep: dict[str, Any]) -> list[tuple[Path, str | None]]:
-    members = []
-    for row in sweep.get("runs", []):
+    members, rows = [], sweep.get("runs")
+    for row in rows if isinstance(rows, list) else ():
         name = row.get("folder") if isinstance(row, dict) else None
         if isinstance(name, str) and name == Path(name).name:
             members.append((folder.parent / name, str(row.get("label", name))))

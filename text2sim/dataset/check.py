@@ -23,6 +23,7 @@ from text2sim.dataset.shards import read_shard
 from text2sim.dataset.splits import LINKS, TOGETHER, leaks
 from text2sim.dataset.tables import SCHEMAS, read_rows, split_of, want_dataset
 from text2sim.recording.inventory import sha256_of
+from text2sim.spec_schema.errors import RunError
 
 SPLIT_TABLES = ("items", "frames", "questions")
 METADATA = ("README.md", "recipe.json", "refused.jsonl", "croissant.json")
@@ -80,6 +81,17 @@ def check_dataset(folder: Path) -> list[str]:
             found.append(f"lerobot/{path.name}: cannot be read ({error})")
     found += _digests(folder)
     return list(dict.fromkeys(found))
+
+
+def want_tables(folder: Path) -> None:
+    """Check that a folder has a dataset whose tables can be read.
+
+    Raises:
+        RunError: if it has none, or a table is damaged.
+    """
+    want_dataset(folder)
+    for fault in _schemas(folder):
+        raise RunError(f"{folder}: {fault}")
 
 
 def _count(rows: Iterable[tuple[str, dict[str, Any]]]) -> Counter[str]:

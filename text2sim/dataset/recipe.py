@@ -92,15 +92,15 @@ class CaseSource(Model):
     """Split of the source; chosen by the shares if left out."""
 
 
+Side = Annotated[int, Field(ge=16, le=4096, multiple_of=2)]
+
+
 class Film(Model):
     """Film settings of the items."""
 
     quality: Literal["preview", "draft", "final"] = "draft"
     """preview: flat colours by a rasteriser; the others are path traced, see `text2sim render`."""
-    size: tuple[Annotated[int, Field(ge=16, le=4096, multiple_of=2)], Annotated[int, Field(ge=16, multiple_of=2)]] = (
-        128,
-        72,
-    )
+    size: tuple[Side, Side] = (128, 72)
     """Width and height [pixels]."""
     fps: Annotated[Real, Field(gt=0, le=240)] = 8.0
     """Pictures per second of film; less where a film would have more pictures than `frames`."""
@@ -201,8 +201,7 @@ def parse_path(text: str) -> Path:
     """
     if not text.startswith("/"):
         return parse_dotted(text)
-    path = tuple(int(step) if isinstance(step, str) and step.isdigit() else step for step in parse_pointer(text))
-    return parse_dotted(dotted(path))
+    return parse_dotted(dotted(parse_pointer(text)))
 
 
 def in_section(path: Path, group: str) -> str | None:

@@ -6,14 +6,16 @@ import json
 from collections.abc import Collection
 from html import escape
 from pathlib import Path
+from tarfile import TarError
 from typing import Any, Literal
 
 import numpy as np
 
 from text2sim.compiler.shapes.pictures import picture_bytes
+from text2sim.dataset.check import want_tables
 from text2sim.dataset.shards import read_shard
-from text2sim.dataset.tables import read_rows, want_dataset
-from text2sim.spec_schema.errors import SpecError, nearest
+from text2sim.dataset.tables import read_rows
+from text2sim.spec_schema.errors import RunError, SpecError, nearest
 from text2sim.spec_schema.models.base import Model
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import read_source
@@ -72,15 +74,20 @@ def write_review(folder: Path, path: Path, decisions: dict[str, ReviewDecision],
         everything: Show all items, not only the doubtful ones.
 
     Raises:
-        RunError: if the folder has no dataset.
+        RunError: if the folder has no dataset, or it is damaged.
     """
-    want_dataset(folder)
+    from av.error import FFmpegError
+
+    want_tables(folder)
     rows = {row["key"]: row for _, row in read_rows(folder, "items") if everything or row["doubtful"]}
     blocks = []
     for shard in sorted((folder / "shards").glob("*.tar")):
-        for key, files in read_shard(shard):
-            if key in rows:
-                blocks.append(_block(rows[key], files["film.mp4"], decisions.get(key)))
+        try:
+            for key, files in read_shard(shard):
+                if key in rows:
+                    blocks.append(_block(rows[key], files["film.mp4"], decisions.get(key)))
+        except (TarError, FFmpegError, LookupError, OSError) as error:
+            raise RunError(f"{shard}: cannot be read ({error}); `text2sim dataset check` lists what is wrong") from None
     earlier = {key: decision.model_dump() for key, decision in decisions.items()}
     page = _PAGE.replace("@NAME@", escape(folder.name)).replace("@BLOCKS@", "\n".join(blocks))
     write_atomically(path, page.replace("@MADE@", json.dumps(earlier).replace("<", "\\u003c")))

@@ -54,6 +54,28 @@ class Compared:
         return {**asdict(self), "ok": self.ok}
 
 
+@dataclass(frozen=True)
+class _Reference:
+    """What `benchmark.json` says about an observable."""
+
+    unit: str
+    kind: str
+    tolerance: float
+    until: float
+    error: float
+    """Largest error of Genesis at the case's own step."""
+    values: np.ndarray
+
+    @classmethod
+    def read(cls, row: dict[str, Any], count: int) -> "_Reference":
+        """Read one with this number of values; what is malformed raises ValueError, LookupError or TypeError."""
+        values = np.array(row["values"], float)
+        if values.shape != (count,):
+            raise ValueError("an observable needs a value for each time")
+        numbers = float(row["tolerance"]), float(row["until"]), float(row["convergence"]["errors"][0])
+        return cls(str(row["unit"]), str(row["reference"]), *numbers, values)
+
+
 def run(engine: str, folder: Path, stop: Stop) -> list[Compared]:
     """Run a benchmark at its own time step and at half of that.
 
@@ -68,11 +90,14 @@ def run(engine: str, folder: Path, stop: Stop) -> list[Compared]:
     try:
         scene = json.loads((folder / "benchmark.json").read_text("utf-8"))
         name, step, complete = scene["name"], float(scene["step"]), scene["complete"]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        left_out, times = ", ".join(scene["left_out"]), np.array(scene["times"], float)
+        ours = float(scene["ours"]["seconds"]), int(scene["ours"]["memory"])
+        wanted = {key: _Reference.read(row, len(times)) for key, row in scene["observables"].items()}
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise RunError(f"{folder} is not a benchmark: text2sim benchmark export CASE writes one") from error
     if not complete:
-        raise RunError(f"{folder} has no model of its scene, because of {', '.join(scene['left_out'])}")
-    loaded, names = load_case(folder / "case.yaml"), list(scene["observables"])
+        raise RunError(f"{folder} has no model of its scene, because of {left_out}")
+    loaded, names = load_case(folder / "case.yaml"), list(wanted)
     values, seconds, memory = [], 0.0, 0
     with tempfile.TemporaryDirectory(prefix="text2sim-benchmark-") as place:
         for halvings in (0, 1):
@@ -84,16 +109,15 @@ def run(engine: str, folder: Path, stop: Stop) -> list[Compared]:
             found, _ = observed(out, loaded, names)
             values.append({key: row for key, (row, _) in found.items()})
             shutil.rmtree(out)
-    times, rows = np.array(scene["times"]), []
-    for key, row in scene["observables"].items():
-        until = times <= row["until"] + 1e-9
-        off = np.abs(values[0][key] - np.array(row["values"]))[until]
+    rows = []
+    for key, row in wanted.items():
+        until = times <= row.until + 1e-9
+        off = np.abs(values[0][key] - row.values)[until]
         change = np.abs(values[0][key] - values[1][key])[until]
         rows.append(
             Compared(
-                name, key, row["unit"], row["reference"], row["tolerance"], row["until"],
-                row["convergence"]["errors"][0], float(off.max(initial=0.0)), float(change.max(initial=0.0)),
-                (scene["ours"]["seconds"], seconds), (scene["ours"]["memory"], memory),
+                name, key, row.unit, row.kind, row.tolerance, row.until, row.error, float(off.max(initial=0.0)),
+                float(change.max(initial=0.0)), (ours[0], seconds), (ours[1], memory),
             )
         )  # fmt: skip
     return rows

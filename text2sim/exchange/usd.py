@@ -103,6 +103,8 @@ class _Writer:
         root.GetPrim().SetMetadata("kind", "assembly")
         stage.GetRootLayer().comment = f"{scenery.recording.folder.name}, written by text2sim {__version__}"
         self._materials = UsdMaterials(stage, f"{ROOT}/materials", textures)
+        self._taken: set[str] = set()
+        """Paths of links of bodies that have several."""
         self._shapes: dict[tuple[Path, bool], str] = {}
         self._painted: dict[tuple[Path, ExportMaterial], str] = {}
         uses = Counter((piece.mesh, piece.material.two_sided) for link in scenery.links for piece in link.pieces)
@@ -132,6 +134,9 @@ class _Writer:
         if not single:
             self._xform(path, link.body)
             path = f"{path}/{self._name_of(link.name)}"
+            while path in self._taken:  # `left-foot` and `left_foot` of a model file
+                path += "_"
+            self._taken.add(path)
         prim = self._xform(path, link.body if single else link.name)
         prim.SetCustomDataByKey("text2sim:body", link.body)
         prim.SetCustomDataByKey("text2sim:link", link.name)

@@ -26,7 +26,8 @@ def add_lights(stage: Any, at: str, film: dict[str, Any], name_of: Any) -> None:
     gain = float(film.get("gain", 1.0))
     for name, light in film["lights"].items():
         path, strength = f"{at}/{name_of(name)}", float(light["strength"]) * gain
-        color = linear(np.asarray(light["color"], float))
+        # A sky has its own colour, and the case gives none.
+        color = linear(np.asarray(light.get("color", (1.0, 1.0, 1.0)), float))
         kind = light["kind"]
         if kind == "sun":
             _sun(stage, path, light, color, strength)

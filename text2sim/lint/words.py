@@ -1,6 +1,6 @@
 """Numbers in messages."""
 
-from math import ceil, floor, log10
+from text2sim.spec_schema.rounding import at_least, at_most
 
 
 def length(value: float) -> str:
@@ -8,6 +8,16 @@ def length(value: float) -> str:
     if 1000.0 <= abs(value) < 1e6:
         return f"{value:,.0f} m"
     return f"{value:.3g} m" if abs(value) >= 1.0 else f"{value * 1000:.3g} mm"
+
+
+def length_of_at_least(value: float) -> str:
+    """Return a length [m] with its unit, with two digits, rounded up."""
+    return length(float(at_least(value)))
+
+
+def length_of_at_most(value: float) -> str:
+    """Return a length [m] with its unit, with two digits, rounded down."""
+    return length(float(at_most(value)))
 
 
 def vector(values: tuple[float, ...]) -> str:
@@ -31,17 +41,3 @@ def amount(value: float, unit: str) -> str:
 def as_radians(degrees: float) -> str:
     """Return advice on how to write an angle in degrees as one in radians: `45 deg is ${radians(45)}`."""
     return f"{degrees:g} deg is ${{radians({degrees:g})}}"
-
-
-def at_least(value: float) -> str:
-    """Return a value with two digits, rounded up."""
-    if value <= 0.0:
-        return "0"
-    digit = 10.0 ** (floor(log10(value)) - 1)
-    return f"{ceil(value / digit * (1 - 1e-9)) * digit:g}"
-
-
-def at_most(value: float) -> str:
-    """Return a positive value with two digits, rounded down."""
-    digit = 10.0 ** (floor(log10(value)) - 1)
-    return f"{floor(value / digit + 1e-9) * digit:.2g}"

@@ -53,7 +53,7 @@ def evidence(workspace: Workspace, run: str, part: str, offset: int) -> ToolAnsw
 
 def _summary(folder: Path, offset: int) -> ToolAnswer:
     found, record = _evidence(folder), RunRecord.read(folder)
-    time = found.get("time") or {}
+    time = found["time"] if isinstance(found.get("time"), dict) else {}
     document = {
         "run": folder.name,
         "verdict": found.get("verdict"),
@@ -87,7 +87,8 @@ def _measure(row: dict[str, Any]) -> str:
 
     def text(key: str) -> str:
         value = row.get(key)
-        return f"{value:.4g}" if isinstance(value, int | float) else "none"
+        # A forged integer may be larger than any float.
+        return f"{value:.4g}" if isinstance(value, int | float) and abs(value) < 1e300 else "none"
 
     ends = f"first {text('first')}, last {text('last')}"
     return f"{ends}, min {text('min')} at {text('min_at')} s, max {text('max')} at {text('max_at')} s [{unit}]"
@@ -149,7 +150,10 @@ def _case(folder: Path, offset: int) -> ToolAnswer:
 
 def _series(folder: Path, measure: str) -> ToolAnswer:
     """A measure over time, thinned out, with its extremes."""
-    table = list(csv.reader(io.StringIO(_text(folder, "measures.csv"))))
+    try:
+        table = list(csv.reader(io.StringIO(_text(folder, "measures.csv"))))
+    except csv.Error:
+        raise RunError(f"{folder / 'measures.csv'} is damaged; run the case again") from None
     names = table[0] if table else []
     if measure not in names[1:]:
         return refusal(f"there is no measure `{measure[:80]}`; there are {', '.join(names[1:]) or 'none'}")

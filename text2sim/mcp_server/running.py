@@ -91,5 +91,6 @@ def _document(row: Examined, result: RunResult) -> dict[str, Any]:
 
 def expectation(found: dict[str, Any]) -> str:
     """Return an expectation as a line: verdict, expected and found values."""
-    mark = {True: "ok", False: "FAIL", None: "open"}[found.get("ok")]
+    ok = found.get("ok")
+    mark = "ok" if ok is True else "FAIL" if ok is False else "open"
     return f"{mark}: {found.get('wanted', '')}: {found.get('why', '')}"

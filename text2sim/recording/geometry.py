@@ -2,7 +2,6 @@
 
 import json
 import re
-import zipfile
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.recording.chunks import DAMAGED
 from text2sim.recording.states import Array, RunStates
 from text2sim.recording.vectors import rotate, rotate_back
 from text2sim.spec_schema.models.base import AXES, Axis
@@ -37,7 +37,7 @@ class Geometry:
         folder = run_dir / "geometry"
         try:
             data = json.loads((folder / "index.json").read_text("utf-8"))
-            index = {int(link): list(rows) for link, rows in data.items()}
+            index = {int(link): [{**row} for row in rows] for link, rows in data.items()}
         except (OSError, ValueError, TypeError, AttributeError, RecursionError):
             index = {}
         return cls(folder, index)
@@ -57,7 +57,7 @@ class Geometry:
         try:
             with np.load(self._folder / mesh, allow_pickle=False) as data:
                 vertices = np.asarray(data["vertices"], dtype=float).reshape(-1, 3)
-        except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+        except DAMAGED:
             return np.zeros((0, 3))
         return _hull(np.unique(vertices[np.isfinite(vertices).all(axis=1)], axis=0))
 

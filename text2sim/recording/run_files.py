@@ -16,7 +16,7 @@ def read_measures(run_dir: Path) -> tuple[Array, dict[str, Array]]:
     try:
         rows = list(csv.reader((run_dir / "measures.csv").read_text("utf-8").splitlines()))
         table = np.array([[float(x or "nan") for x in row] for row in rows[1:]]).reshape(-1, len(rows[0]))
-    except (OSError, ValueError, IndexError):
+    except (OSError, ValueError, IndexError, csv.Error):
         return np.zeros(0), {}
     return table[:, 0], {name: table[:, i] for i, name in enumerate(rows[0]) if i}
 
@@ -27,7 +27,7 @@ def read_events(run_dir: Path) -> list[dict[str, Any]]:
     for line in read_text(run_dir / "events.jsonl").splitlines():
         try:
             rows.append(json.loads(line))
-        except ValueError:
+        except (ValueError, RecursionError):
             continue
     return [row for row in rows if isinstance(row, dict) and _is_real(row.get("time")) and "name" in row]
 
@@ -55,7 +55,12 @@ def read_evidence(run_dir: Path) -> dict[str, Any] | None:
 
 
 def _is_real(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and isfinite(value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    try:
+        return isfinite(value)
+    except OverflowError:  # an integer that no float can hold
+        return False
 
 
 def read_json(path: Path) -> Any:

@@ -56,7 +56,7 @@ class RunLock:
 
 
 def _holder_text(holder: str) -> str:
-    if not holder.isdigit():
+    if not holder.isdecimal() or len(holder) > 9:  # no number of a process
         return "another text2sim"
     if psutil.pid_exists(int(holder)):
         return f"another text2sim (process {holder})"

@@ -1,5 +1,6 @@
 """Atomic writes of files, with errors that name the file, and the user's cache folder."""
 
+import errno
 import json
 import os
 from collections.abc import Iterator
@@ -37,6 +38,8 @@ def replacing(path: Path) -> Iterator[Path]:
     Raises:
         OSError: with the name of `path`, if it cannot be written; then the temporary file is removed.
     """
+    if not path.name:  # such as `.`
+        raise OSError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     # The suffix hides the file from programs that watch the folder.
     partial = path.with_name(f".{os.getpid()}-{path.name}.part")
     try:

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from text2sim.spec_schema.errors import RunError
 from text2sim.study.build import Study
 
 FILE = "answers.sqlite"
@@ -33,16 +34,27 @@ class StudyAnswer(NamedTuple):
 
 
 class Answers:
-    """The answers of a study, in its folder."""
+    """The answers of a study, in its folder.
+
+    Args:
+        folder: The folder.
+        study: The study.
+
+    Raises:
+        RunError: if the file of the answers is damaged, or cannot be written.
+    """
 
     def __init__(self, folder: Path, study: Study) -> None:
-        self._study = study
-        self._base = sqlite3.connect(folder / FILE, check_same_thread=False)  # the event loop serialises access
-        with self._base:
-            self._base.executescript(_TABLES)
-            self._base.execute(
-                "INSERT INTO study SELECT ? WHERE NOT EXISTS (SELECT * FROM study)", (secrets.token_urlsafe(18),)
-            )
+        self._study, self._file = study, folder / FILE
+        try:
+            self._base = sqlite3.connect(self._file, check_same_thread=False)  # the event loop serialises access
+            with self._base:
+                self._base.executescript(_TABLES)
+                self._base.execute(
+                    "INSERT INTO study SELECT ? WHERE NOT EXISTS (SELECT * FROM study)", (secrets.token_urlsafe(18),)
+                )
+        except sqlite3.DatabaseError as error:
+            raise RunError(f"{self._file}: answers cannot be kept in it ({error})") from None
 
     @property
     def token(self) -> str:
@@ -87,11 +99,27 @@ class Answers:
             self._base.executemany("INSERT OR IGNORE INTO answer VALUES (?, ?, ?, ?, ?)", rows)
 
     def all(self) -> list[StudyAnswer]:
-        """Return all answers, in the order in which they were given."""
-        rows = self._base.execute(
-            "SELECT person, assignment, trial, question, level FROM answer JOIN person ON person = id ORDER BY given"
+        """Return all answers, in the order in which they were given.
+
+        Raises:
+            RunError: if the file is damaged, or has answers of another study.
+        """
+        select = "SELECT person, assignment, trial, question, level FROM answer JOIN person ON person = id"
+        try:
+            found = [StudyAnswer(*row) for row in self._base.execute(f"{select} ORDER BY given")]
+        except sqlite3.DatabaseError as error:
+            raise RunError(f"{self._file}: answers cannot be read from it ({error})") from None
+        if not all(map(self._is_possible, found)):
+            raise RunError(f"{self._file}: has answers that no participant of this study can give")
+        return found
+
+    def _is_possible(self, answer: StudyAnswer) -> bool:
+        lengths = dict(enumerate(map(len, self._study.assignments)))
+        return (
+            answer.trial in range(lengths.get(answer.assignment, 0))
+            and answer.question in self._study.questions
+            and answer.level in (None, *range(-2, 3))
         )
-        return [StudyAnswer(*row) for row in rows]
 
     def close(self) -> None:
         """Close the database."""

@@ -13,8 +13,9 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Demand, demands
 from text2sim.lint.joints.motors import Powered, powered
 from text2sim.lint.rule import Rule, one_per_place
-from text2sim.lint.words import amount, at_least
+from text2sim.lint.words import amount
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.rounding import at_least
 
 MAX_SLOWNESS = 1.5
 """A motor is slow if a change takes this many times as long as the target's."""

@@ -17,8 +17,9 @@ from text2sim.lint.joints.loads import Lift, lifts
 from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.joints.motors import Powered, powered
 from text2sim.lint.rule import Rule, one_per_place
-from text2sim.lint.words import amount, at_least
+from text2sim.lint.words import amount
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.rounding import at_least
 
 MIN_OVERLOAD = 1.05
 """Smallest load of a weak motor, over its limit; above 1, since masses of hollow shapes are slightly inaccurate."""

@@ -8,9 +8,10 @@ from text2sim.compiler.trees.beams import first_frequency, shaking_frequency
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.ropes import MAX_SUBSTEPS
 from text2sim.lint.rule import Rule
-from text2sim.lint.words import amount, at_least
+from text2sim.lint.words import amount
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.soft_bodies import Beam
+from text2sim.spec_schema.rounding import at_least
 
 MAX_PHASE = 1.6
 """Largest substep times angular frequency at which a beam is trusted. The theory's limit is 2: the steel ruler of the

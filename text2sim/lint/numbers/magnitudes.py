@@ -8,8 +8,9 @@ from text2sim.compiler.settings import MIN_TIMECONST
 from text2sim.compiler.shapes.boxes import sides
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.words import at_most, length, more_copies, vector
+from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.rounding import at_most
 
 SAG_FACTOR = 0.11
 """Depth [m] to which a sphere sinks into its support, over gravity [m/s2] and the timeconst [s] squared. Measured:

@@ -20,9 +20,10 @@ from text2sim.compiler.shapes.boxes import sides
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.rule import Rule, one_per_place
-from text2sim.lint.words import amount, at_least
+from text2sim.lint.words import amount
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.controls import Attach
+from text2sim.spec_schema.rounding import at_least, at_most
 
 ENGINE_TOLERANCE = 1e-5
 """Default tolerance of the engine in single precision."""
@@ -89,9 +90,9 @@ def _needed_settings(facts: Facts, time: float, *, contact: bool) -> str:
         time: Time constant [s] that is needed.
         contact: Whether it is that of contacts, which is at least `MIN_TIMECONST` unless the case gives it.
     """
-    substeps = ceil(2 * facts.case.scene.dt / time)
     must_be_given = contact and (time < MIN_TIMECONST or facts.case.scene.contact.timeconst is not None)
-    wanted = [f"contact.timeconst of {time:.1g} s"] if must_be_given else []
+    wanted = [f"contact.timeconst of {at_most(time)} s"] if must_be_given else []
+    substeps = ceil(2 * facts.case.scene.dt / (float(at_most(time)) if must_be_given else time) - 1e-9)
     if substeps > facts.settings.substeps or not must_be_given:
         wanted.insert(0, f"scene.substeps of {substeps}")
     return " with ".join(wanted)
@@ -123,7 +124,7 @@ def _stacked(facts: Facts) -> Iterator[Problem]:
                 f"`{heavy.name}` ({high:.3g} kg) stands on `{light.name}` ({low:.3g} kg), which yields by about "
                 f"{amount(min(sag, size) * 1e3, 'mm')} of its {amount(size * 1e3, 'mm')} at the present contact "
                 f"stiffness; use {_needed_settings(facts, time * sqrt(MAX_YIELD_SHARE * size / sag), contact=True)}, "
-                f"or a mass ratio below {high / low * MAX_YIELD_SHARE * size / sag:.2g}"
+                f"or a mass ratio of {at_most(high / low * MAX_YIELD_SHARE * size / sag)}"
             )
             yield facts.problem("mass-ratio", facts.where(light.name), text, key=True)
 

@@ -12,7 +12,7 @@ from text2sim.compiler.shapes.triangles import enclosed_volume
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts, once_per_case
 from text2sim.lint.rule import Rule
-from text2sim.lint.words import length
+from text2sim.lint.words import length, length_of_at_most
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Articulated, Chain
 from text2sim.spec_schema.models.shapes import Compound, Mesh
@@ -175,7 +175,7 @@ def _coarse(facts: Facts) -> Iterator[Problem]:
         )
         least = max(field.sides) / (MAX_NODES - 1)
         if use.shape.cell is not None and least <= field.wall / 2:
-            text += f"; use a `cell` of {length(field.wall / 2)} or less"
+            text += f"; use a `cell` of {length_of_at_most(field.wall / 2)} or less"
         else:
             text += "; make them thicker, or use `collision: decompose`"
         key = "cell" if use.shape.cell is not None else "collision"

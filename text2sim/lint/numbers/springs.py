@@ -14,6 +14,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import amount
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.rounding import at_least, at_most
 
 STABLE = 4.0
 """Bound of `(k T^2 + 2 c T) / m`."""
@@ -52,8 +53,8 @@ def _stiff(facts: Facts) -> Iterator[Problem]:
         text = (
             f"what pulls {what} ({amount(load.mass, 'kg')}) is too stiff for steps of "
             f"{amount(facts.case.scene.dt * 1e3, 'ms')}: it {'diverges' if certain else 'may diverge'}; use scene.dt "
-            f"of {load.longest:.2g} or less (substeps do not help), or {load.share / SLENDER:.2g} times less stiffness "
-            "and damping"
+            f"of {at_most(load.longest)} or less (substeps do not help), or {at_least(load.share / SLENDER)} times "
+            "less stiffness and damping"
         )
         where = ("actions", "controls", control, "stiffness")
         yield facts.problem("stiff-spring", where, text, severity="error" if certain else "warning")

@@ -20,6 +20,7 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Articulated, Driven
 from text2sim.spec_schema.models.controls import Drive, InitialVelocity
 from text2sim.spec_schema.models.motion import Oscillate, Piecewise, Ramp, Sine, Spin, Steps, Waypoints
+from text2sim.spec_schema.rounding import at_most
 from text2sim.spec_schema.text.document import Path
 
 MAX_SPIN_PER_SUBSTEP = 0.5
@@ -39,7 +40,7 @@ def _spin(facts: Facts) -> Iterator[Problem]:
             text = (
                 f"at {speed:.3g} rad/s it turns by {speed * h:.2g} rad per substep and misses contacts in between; use "
                 f"scene.substeps of {ceil(dt * speed / MAX_SPIN_PER_SUBSTEP)}, or at most "
-                f"{MAX_SPIN_PER_SUBSTEP / h:.3g} rad/s"
+                f"{at_most(MAX_SPIN_PER_SUBSTEP / h)} rad/s"
             )
             yield facts.problem("fast-spin", where, text)
 
@@ -121,7 +122,7 @@ def _fast(facts: Facts) -> Iterator[Problem]:
                 if b - a < dt * (1 - 1e-6):
                     text = (
                         f"{a:g} s and {b:g} s are within one time step ({amount(dt * 1e3, 'ms')}), in which nothing "
-                        f"can change; leave one out, or use scene.dt of {(b - a):.2g}"
+                        f"can change; leave one out, or use scene.dt of {at_most(b - a)}"
                     )
                     yield facts.problem("fast-schedule", (*where, "times", index + 1), text)
                     break

@@ -21,8 +21,9 @@ from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.joints.motors import powered
 from text2sim.lint.rule import Rule, one_per_place
-from text2sim.lint.words import amount, at_least
+from text2sim.lint.words import amount
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.rounding import at_least
 from text2sim.spec_schema.text.document import Path
 
 MAX_PHASE = 1.0

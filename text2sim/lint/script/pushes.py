@@ -15,9 +15,10 @@ from text2sim.compiler.shapes.rotation import frame_apply
 from text2sim.compiler.trees.tree import tree_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, one_per_place
-from text2sim.lint.words import amount, at_least, length, vector
+from text2sim.lint.words import amount, length, vector
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.controls import Force, Impulse
+from text2sim.spec_schema.rounding import at_least, at_most
 
 MAX_POINT_DISTANCE = 0.1
 """Largest distance of a point from its body, as a share of its length."""
@@ -65,7 +66,7 @@ def _impulse(facts: Facts, row: Wrench, speed: float, mass: float) -> Iterator[P
     elif speed * h > size:
         text = (
             f"{gives}: {amount(speed * h, 'm')} per substep, more than its length ({amount(size, 'm')}), so it passes "
-            f"through others; use at most {size / h * mass:.2g} N s, or scene.substeps of "
+            f"through others; use at most {at_most(size / h * mass)} N s, or scene.substeps of "
             f"{ceil(facts.case.scene.dt * speed / size)}"
         )
         yield facts.problem("violent-push", where, text)
@@ -79,14 +80,14 @@ def _force(facts: Facts, row: Wrench, acceleration: float, mass: float) -> Itera
     if acceleration * dt * h > size:
         text = (
             f"gives `{row.entity}` ({mass:.3g} kg) {acceleration * dt:.3g} m/s in each time step, so it jumps by more "
-            f"than its length ({amount(size, 'm')}); use less than {size / (dt * h) * mass:.2g} N"
+            f"than its length ({amount(size, 'm')}); use at most {at_most(size / (dt * h) * mass)} N"
         )
         yield facts.problem("violent-push", where, text)
     elif row.scale is None and acceleration * time > most:
         text = (
             f"gives `{row.entity}` ({mass:.3g} kg) {acceleration * time:.3g} m/s within {time:.3g} s unless something "
             f"holds it, and the run stops as diverged at scene.max_speed ({most:g} m/s); use at most "
-            f"{most / time * mass:.2g} N, or a shorter `during`"
+            f"{at_most(most / time * mass)} N, or a shorter `during`"
         )
         yield facts.problem("violent-push", where, text)
 

@@ -16,9 +16,10 @@ from text2sim.compiler.soft.settings import MAX_OWN_STRETCH, STRETCH_ITERATIONS,
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts
-from text2sim.lint.words import length, more_copies
+from text2sim.lint.words import length, length_of_at_least, length_of_at_most, more_copies
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
+from text2sim.spec_schema.rounding import at_most
 
 CATCH_SPEED, CATCH_SPEED_WITH_MANY = 8.0, 16.0
 """Speed [m/s] at which a sheet still catches a ball, with 4 and with `MANY_ITERATIONS`; at twice that the ball passed
@@ -86,10 +87,11 @@ def _drag_diverges(facts: Facts) -> Iterator[Problem]:
         wild = 2 * mass / (resistance * h)
         if wild < MIN_WILD_SPEED:
             most = 2 * mass / (MIN_WILD_SPEED * h)
+            needed = math.ceil(facts.case.scene.dt / h * MIN_WILD_SPEED / wild)
             text = (
                 f"drag of {resistance:g} kg/m on points of {1e3 * mass:.2g} g throws those faster than {wild:.2g} m/s "
                 f"back faster than they came, in substeps of {h:.3g} s: the cloth diverges in a jerk; use "
-                f"{most:.2g} at most, or scene.substeps of {math.ceil(facts.case.scene.dt / h * MIN_WILD_SPEED / wild)}"
+                f"{at_most(most)} at most, or scene.substeps of {needed}"
             )
             where = (*facts.where(body.body), "material", "air_resistance")
             yield facts.problem("drag-diverges", where, text)
@@ -210,8 +212,9 @@ def _narrow_foot(facts: Facts) -> Iterator[Problem]:
                 text = (
                     f"`{load.name}` stands on `{body.name}` with a foot {length(wide)} wide, "
                     f"{wide / soft.particle:.2g} cells of the cloth: that few points do not keep it upright; give it a "
-                    f"foot of {length(wanted)} or more, the cloth a `cell` of {length(wide / MIN_FOOT_CELLS)} or less, "
-                    "or `material: {touch_soft: false}`, so that it stands on what is below"
+                    f"foot of {length_of_at_least(wanted)} or more, the cloth a `cell` of "
+                    f"{length_of_at_most(wide / MIN_FOOT_CELLS)} or less, or `material: {{touch_soft: false}}`, so "
+                    "that it stands on what is below"
                 )
                 yield facts.problem("foot-on-cloth", facts.first_given(load.body, "shape"), text, key=True)
 

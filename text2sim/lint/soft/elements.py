@@ -11,6 +11,7 @@ from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftFacts
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.rounding import at_most
 
 MIN_ELEMENTS = 4.0
 """Fewest elements through the thickness of a bar without a warning."""
@@ -39,7 +40,7 @@ def _too_stiff(facts: Facts) -> Iterator[Problem]:
         text = (
             f"`{body.name}` has {through:.2g} elements of {length(edge)} through its thickness of {length(thin)}: "
             f"linear tetrahedra lock, and it bends by about {lacking:.0%} too little; with `cell: "
-            f"{thin / MIN_ELEMENTS:.2g}` it is {ONE_ELEMENT_ERROR * MIN_ELEMENTS**-1.5:.0%}"
+            f"{at_most(thin / MIN_ELEMENTS)}` it is {ONE_ELEMENT_ERROR * MIN_ELEMENTS**-1.5:.0%}"
         )
         where = facts.first_given(body.body, "cell", "shape")
         yield facts.problem("too-few-elements", where, text, key=True)

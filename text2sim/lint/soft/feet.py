@@ -5,8 +5,9 @@ from collections.abc import Iterator
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftFacts
-from text2sim.lint.words import at_most, length
+from text2sim.lint.words import length, length_of_at_least
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.rounding import at_most
 
 MIN_FOOT_CELLS = 4.0
 """Smallest width of a foot [cells]. Cylinders of 120 mm on foam with cells of 20 mm: those up to 2 cells wide fell over
@@ -34,7 +35,8 @@ def _narrow_foot(facts: Facts) -> Iterator[Problem]:
         text = (
             f"`{copy.name}` stands on `{body.name}` with a foot {length(width)} wide, {soft.in_cells(width)}, "
             f"which feels it at a few nodes: it tips over or sinks in; make the "
-            f"foot {length(MIN_FOOT_CELLS * soft.cell)} wide, or `scene.mpm.cell` {at_most(width / MIN_FOOT_CELLS)}"
+            f"foot {length_of_at_least(MIN_FOOT_CELLS * soft.cell)} wide, or `scene.mpm.cell` "
+            f"{at_most(width / MIN_FOOT_CELLS)}"
         )
         yield facts.problem("narrow-foot", facts.first_given(copy.body, "shape"), text, key=True)
 

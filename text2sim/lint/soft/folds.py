@@ -6,9 +6,10 @@ from text2sim.compiler.shapes.sagging import fold_radius
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftFacts
-from text2sim.lint.words import at_most, length
+from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.sheets import Sheet
+from text2sim.spec_schema.rounding import at_most
 
 MIN_FOLD_CELLS = 1.45
 """Smallest radius of a fold in cells. The engine cuts a cloth into triangles of its own, which are crowded where it

@@ -12,8 +12,9 @@ from text2sim.lint.soft.facts import SoftFacts
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.soft.starts import closest_pairs
 from text2sim.lint.start.escape import Effort, overlap_of, overlapping
-from text2sim.lint.words import at_most, length, more_copies
+from text2sim.lint.words import length, length_of_at_least, more_copies
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.rounding import at_most
 
 MAX_COURANT, UNSTABLE_COURANT = 0.5, 0.7
 """Fractions of a cell that a sound wave may cross per substep: with a warning, and with an error. With 0.74 and 1.0,
@@ -51,7 +52,7 @@ def _step(facts: Facts) -> Iterator[Problem]:
             if part > UNSTABLE_COURANT
             else f"more than {MAX_COURANT:g} may diverge"
         )
-        + f"; use scene.substeps of {needed}, or a softer body ({(MAX_COURANT / part) ** 2:.2g} of its stiffness)"
+        + f"; use scene.substeps of {needed}, or a softer body ({at_most((MAX_COURANT / part) ** 2)} of its stiffness)"
     )
     where = facts.first_path(("scene", "substeps"), ("scene", "dt"), facts.first_given(body.body, "material"))
     yield facts.problem("sound-too-fast", where, text, severity=None if part > UNSTABLE_COURANT else "warning")
@@ -69,7 +70,7 @@ def _thin_body(facts: Facts) -> Iterator[Problem]:
         cells = thin / soft.cell
         text = f"`{body.name}` is {length(thin)} thick at its thinnest, {soft.in_cells(thin)}"
         if cells < EMPTY_CELLS:
-            text += f", and contains no particle; make it at least {length(EMPTY_CELLS * soft.cell)} thick"
+            text += f", and contains no particle; make it at least {length_of_at_least(EMPTY_CELLS * soft.cell)} thick"
         else:
             then = "it breaks up" if body.model.kind in ("liquid", "granular") else "it tears and keeps no shape"
             text += (

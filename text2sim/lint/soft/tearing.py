@@ -13,6 +13,7 @@ from text2sim.lint.soft.walls import free_by, opening
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.regions import SIDES
 from text2sim.spec_schema.names.selectors import body_of
+from text2sim.spec_schema.rounding import at_least
 
 TEARING_STRETCH = 2 / PARTICLE_CELLS
 """Stretch at which the particles of a body are two cells apart."""
@@ -36,8 +37,8 @@ def _tearing(facts: Facts) -> Iterator[Problem]:
             if forced > TEARING_STRETCH:
                 text = (
                     f"`{bore}` stretches `{body.name}` to {forced:.2g} times its length: its particles separate at "
-                    f"about {TEARING_STRETCH:.2g}; use a bore {math.sqrt(forced / TEARING_STRETCH):.2g} times as wide, "
-                    "a thinner body, or solver fem"
+                    f"about {TEARING_STRETCH:.2g}; use a bore {at_least(math.sqrt(forced / TEARING_STRETCH))} times as "
+                    "wide, a thinner body, or solver fem"
                 )
                 yield facts.problem("tearing-force", ("actions", "controls", name), text, key=True)
             continue

@@ -11,9 +11,10 @@ from text2sim.compiler.soft.solvers import holds_up, unfelt_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftFacts
-from text2sim.lint.words import at_most, length
+from text2sim.lint.words import length, length_of_at_least
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.soft_bodies import FLOWING
+from text2sim.spec_schema.rounding import at_most
 
 LOADED_WALL_CELLS, LEAKING_WALL_CELLS = 3.0, 2.0
 """Thickness [cells] with which a wall that presses on a soft body avoids a warning and an error. Measured at a load of
@@ -61,7 +62,8 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
         text = (
             f"`{name}` is {length(thin)} thick, {soft.in_cells(thin + more)}"
             f"{' with its soft_reach' if more else ''}, and {why}: `{body.body}` {then}; make it "
-            f"{length(wanted * soft.cell - more)} or thicker, or `scene.mpm.cell` {at_most((thin + more) / wanted)}"
+            f"{length_of_at_least(wanted * soft.cell - more)} or thicker, or `scene.mpm.cell` "
+            f"{at_most((thin + more) / wanted)}"
         )
         if then == CLOSES:
             text += f", or give it `soft_reach: {1.005 * (free_by(copy, soft) + (wanted - cells) / 2 * soft.cell):.3g}`"
@@ -143,7 +145,7 @@ def _narrow(facts: Facts) -> Iterator[Problem]:
             continue
         text = (
             f"the opening of `{copy.name}` has a radius of {length(radius)}, {soft.in_cells(radius)}: "
-            f"`{body.name}` gets stuck in it; use a radius of {length(MIN_NECK_CELLS * soft.cell)}, or "
+            f"`{body.name}` gets stuck in it; use a radius of {length_of_at_least(MIN_NECK_CELLS * soft.cell)}, or "
             f"`scene.mpm.cell` {at_most(radius / MIN_NECK_CELLS)}"
         )
         yield facts.problem("narrow-opening", facts.first_given(copy.body, "shape"), text, key=True)

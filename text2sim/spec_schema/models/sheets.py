@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 from text2sim.spec_schema.models.base import ByKind, Length, Model, NonNegative, Real, Size2, Vec3
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Sphere
+from text2sim.spec_schema.rounding import at_least
 
 STEEPEST = 1.2
 """Largest angle [rad] between the vertical and the line from a side of a gathered sheet to the chord of its edges."""
@@ -55,12 +56,16 @@ class Sheet(Model):
                 raise ValueError("ends needs a sag")
             least, most = max(self.size[1] - 2 * STEEPEST * self.sag, 0.0), self.size[1]
             if not least <= self.ends <= most:
-                raise ValueError(f"ends must be from {least:.3g} m to the width, {most:g} m (got {self.ends:g} m)")
+                raise ValueError(
+                    f"ends must be from {at_least(least)} m to the width, {most:g} m (got {self.ends:g} m)"
+                )
         if self.over is None:
             return self
         shorter, fold = long * min(self.over_at, 1 - self.over_at), pi / 2 * self.over
         if shorter < fold:
-            raise ValueError(f"the shorter side must reach around the fold, {fold:.3g} m or more (got {shorter:g} m)")
+            raise ValueError(
+                f"the shorter side must reach around the fold, {at_least(fold)} m or more (got {shorter:g} m)"
+            )
         return self
 
 

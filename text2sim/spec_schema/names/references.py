@@ -22,6 +22,7 @@ from text2sim.spec_schema.names.reference_cycles import find_cycles
 from text2sim.spec_schema.names.removal_references import check_removals
 from text2sim.spec_schema.names.selectors import parse_selector
 from text2sim.spec_schema.names.tree_references import check_mount, check_tree
+from text2sim.spec_schema.rounding import at_least
 from text2sim.spec_schema.text.document import Path
 
 MAX_STEPS = 10_000_000
@@ -144,7 +145,7 @@ def check_time(table: NameTable) -> None:
     recorded = duration * min(rate, 1 / scene.dt)
     _check_amount(table, ("scene", "record", "rate"), "recorded frames", recorded, MAX_RECORDED)
     if duration * rate < 1:
-        message = f"records only the start: a run of {duration:g} s needs at least {1 / duration:g}"
+        message = f"records only the start: a run of {duration:g} s needs at least {at_least(1 / duration)}"
         table.report(("scene", "record", "rate"), message, "rate")
 
 

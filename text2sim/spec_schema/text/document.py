@@ -99,12 +99,16 @@ def pointer(path: Path) -> str:
     return "".join("/" + str(step).replace("~", "~0").replace("/", "~1") for step in path)
 
 
+_INDEX = re.compile(r"0|[1-9][0-9]{0,8}")
+"""Not every word of digits: `007` and `²` are keys."""
+
+
 def parse_pointer(text: str) -> Path:
-    """Return the path of a JSON Pointer; steps of digits are indices."""
+    """Return the path of a JSON Pointer; steps that can be indices of a list are integers."""
     if text in ("", "/"):
         return ()
     steps = text.removeprefix("/").split("/")
-    return tuple(int(s) if s.isdigit() else s.replace("~1", "/").replace("~0", "~") for s in steps)
+    return tuple(int(s) if _INDEX.fullmatch(s) else s.replace("~1", "/").replace("~0", "~") for s in steps)
 
 
 def sites_of(data: Any, root: Path = ()) -> dict[Path, str]:
