@@ -165,3 +165,19 @@ def test_what_lacks_a_measure_has_no_value(pair):
     _, series = pair(kind="ratio", measures=["high", "lost"])
     assert "`lost`" in series.problem
     assert np.isnan(series.values).all()
+
+
+def test_extremes_so_far_of_a_swing(new_run, measure):
+    run = new_run(duration=1.0)
+    swing = 0.3 * np.sin(2 * np.pi * run.time)
+    run.add_link("bob", pos=np.outer(swing, [1, 0, 0]))
+    folder = run.write()
+    of = {"bodies": ("bob",), "kind": "position", "of": "bob", "axis": "x"}
+    late = run.time >= 0.25
+    highest = measure(folder, so_far="max", **of).values
+    np.testing.assert_allclose(highest[~late], swing[~late], atol=1e-6)
+    np.testing.assert_allclose(highest[late], 0.3, atol=1e-6)
+    assert measure(folder, so_far="min", **of).values[[25, -1]] == pytest.approx([0.0, -0.3], abs=1e-6)
+    assert measure(folder, so_far="range", **of).values[[0, 25, 75]] == pytest.approx([0.0, 0.3, 0.6], abs=1e-6)
+    # The change since 0.25 s, when it is farthest out, is never above 0.
+    assert measure(folder, so_far="max", change_from=0.25, **of).values[-1] == pytest.approx(0.0, abs=1e-6)
