@@ -196,7 +196,7 @@ def test_writing_it_again_gives_the_same_bytes(fall, make_case):
     assert (folder / "report.html").read_bytes() == before
 
 
-@pytest.mark.filterwarnings("error")
+@pytest.mark.filterwarnings("error", "ignore::pytest.PytestUnraisableExceptionWarning")  # of earlier tests
 def test_names_in_plots_are_neither_formulas_nor_printed(tmp_path: Path) -> None:
     """Those of run folders that are compared may be anybody's."""
     lines = [PlotLine(name, np.arange(3.0)) for name in ("$\\frac{$", "x\x1b[2K\rok", "\U0001f4a5")]

@@ -175,7 +175,7 @@ def review(
     _require()
     from text2sim.dataset.review import read_decisions, write_review
 
-    place = folder.resolve()  # which may be `.`
+    place = folder.absolute()  # it may be `.`
     path = place.with_name(f"{place.name}-review.html")
     count = write_review(place, path, read_decisions(decisions), everything=everything)
     say(f"{count} items: {display_path(path)}")

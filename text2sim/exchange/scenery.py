@@ -1,7 +1,6 @@
 """Scenery of a recorded run for export: links with meshes and deformable bodies over time."""
 
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -114,8 +113,7 @@ class Scenery:
 
     def __init__(self, folder: Path, *, stride: int = 1, detailed: bool = True):
         self.recording = _read_confined(folder)
-        self.mesh = cache(self._read_mesh)
-        """The mesh of a piece, by its path; raises `RunError` if its file is damaged."""
+        self._meshes: dict[Path, RenderMesh] = {}
         self._detailed = detailed
         self._cut = {part.mesh for part in self.recording.parts if part.look.cut is not None}
         count = len(self.recording.states.time)
@@ -136,11 +134,18 @@ class Scenery:
         except DAMAGED as error:
             raise RunError(f"{folder}: its geometry is damaged ({error})") from error
 
-    def _read_mesh(self, path: Path) -> RenderMesh:
-        try:
-            return read_mesh(path, rounded=self._detailed and path not in self._cut)
-        except DAMAGED as error:
-            raise RunError(f"{path}: its geometry is damaged ({error})") from error
+    def mesh(self, path: Path) -> RenderMesh:
+        """Return a mesh of a piece.
+
+        Raises:
+            RunError: if its file is damaged.
+        """
+        if path not in self._meshes:
+            try:
+                self._meshes[path] = read_mesh(path, rounded=self._detailed and path not in self._cut)
+            except DAMAGED as error:
+                raise RunError(f"{path}: its geometry is damaged ({error})") from error
+        return self._meshes[path]
 
     def _poses(self) -> tuple[Array, Array]:
         poses = [self.recording.states.poses(float(t)) for t in self.times]
