@@ -17,14 +17,15 @@ PAGE = (HERE.parents[1] / "docs" / "evaluation_results.md").read_text("utf-8")
 PROMPTS = read_suite(HERE / "recorded" / "user_requests.yaml")[0].prompts
 INTERRUPTED = ("awning_melons", "wobble_towers")
 COUNTED = [prompt for prompt in PROMPTS if prompt not in INTERRUPTED]
-FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, NEWEST = (
+FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST = (
     COUNTED[4:9],
     COUNTED[9:12],
     COUNTED[12:14],
     COUNTED[14:19],
     COUNTED[19:23],
     COUNTED[23:26],
-    COUNTED[26:],
+    COUNTED[26:29],
+    COUNTED[29:],
 )
 METHODS, KINDS = ("text2sim-with-cards", "agent-no-cards"), ("physical", "visual")
 AGAIN = {"three_joined_vessels": "film traced again", "band_bundles_tubes": "played again"}
@@ -62,7 +63,8 @@ def test_means_and_differences_are_those_of_the_page():
         "last five": LAST,
         "four after them": LATEST,
         "three after those": NEXT,
-        "newest three": NEWEST,
+        "three letter by letter": LETTERS,
+        "newest four": NEWEST,
     }
     for name, some in (parts | {"user requests": COUNTED}).items():
         found = [estimate([mark(p, METHODS[0], kind) - mark(p, METHODS[1], kind) for p in some]) for kind in KINDS]
@@ -104,4 +106,12 @@ def test_what_was_marked_below_one():
         *(("roman_blind_rods", ours, name) for name in ("body.inextensible", "action.still", "action.level")),
         ("band_bundles_tubes", ours, "body.band"),
         ("finger_two_links", bare, "render.diagonal"),
+        ("sail_carts_race", ours, "render.shading"),
+        ("rover_six_wheels", bare, "action.green_contact"),
+        ("rover_six_wheels", ours, "scene.lanes"),
+        *(("stilts_in_sand", bare, f"action.{name}") for name in ("deep", "funnel", "rolls", "prints")),
+        *(("stilts_in_sand", bare, name) for name in ("body.grains", "render.raised", "render.low_light")),
+        *(("stilts_in_sand", ours, f"action.{name}") for name in ("deep", "carried", "funnel", "rolls", "prints")),
+        *(("stilts_in_sand", ours, name) for name in ("scene.sandbox", "body.grains", "render.low_light")),
+        *(("three_clocks_falling_weights", ours, name) for name in ("render.front", "render.claws")),
     }
