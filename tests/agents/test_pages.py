@@ -135,3 +135,13 @@ def test_letters_say_nothing_twice_and_nothing_of_what_deforms_where_nothing_doe
 def test_a_page_is_found_by_its_singular(one: str, page: str) -> None:
     assert language.explanation(one) == language.explanation(page)
     assert f"## {page}" in language.explanation(one)
+
+
+def test_who_asks_for_a_kind_reads_what_its_parts_are_made_of() -> None:
+    compound = language.explanation("compound")
+    assert "Only draw the piece" in compound, "`decor` of a part"
+    assert "Only draw the piece" not in language.explanation("compound", examples=False), "the Planner writes none"
+    tank = language.prefabs(only={"tank"})
+    assert "`width` (a length [m] from 0.05 to 5; 0.3) Inside, along x." in tank
+    assert "Inside, along x." not in language.prefabs(), "the list of all is short"
+    assert "`within` ({min: [x, y, z], max: [x, y, z]})" in language.reference_pages("render", {"still"})

@@ -111,6 +111,8 @@ def test_a_brief_in_everyday_words_brings_the_pages_that_it_needs() -> None:
         assert "softbox" in _kinds_for("render", plan, words), words
     assert "softbox" not in _kinds_for("render", plan, "A light board, seen from the left.")
     assert "piecewise" in _kinds_for("actions", plan, "The rods push for a second and go back.")
+    assert "piecewise" in _kinds_for("actions", plan, "At 6 rad/s until 8.8 s.")
+    assert "release" not in _kinds_for("actions", plan, "The hook holds it, and it is never released.")
     pins = CasePlan(name="p", event="e", bodies={"pin": PlannedBody(kind="rigid", shape="cylinder", mount="slider")})
     assert "drive" in _kinds_for("actions", pins, "One control, `pull`, raises the pins.")
     assert "drive" not in _kinds_for("actions", plan, "One control, `pull`, raises the sheet.")

@@ -124,10 +124,11 @@ def _first_events(evidence: Data, actions: Data) -> list[FrameMoment]:
     found: list[FrameMoment] = []
     times: list[float] = []
     for t, name in sorted(happened, key=lambda row: row[1] not in named):
-        if not any(abs(t - other) <= MIN_INTERVAL for other in times):
-            times.append(t)
-        if len(times) <= MAX_EVENTS:
-            found.append(FrameMoment(t, name, named_bodies(planned.get(name))))
+        apart = all(abs(t - other) > MIN_INTERVAL for other in times)
+        if apart and len(times) == MAX_EVENTS:
+            continue
+        times += [t] if apart else []
+        found.append(FrameMoment(t, name, named_bodies(planned.get(name))))
     return found
 
 

@@ -90,14 +90,14 @@ class Grains:
         count = len(points)
         facing, dense = (values[outside] for values in heap_surface(points, self._spacing))
         loose = np.clip((HEAPED - dense) / (HEAPED - LOOSE), 0.0, 1.0)[:, None]
-        sides = flat_sides(points, self._spacing)
-        on = np.full(len(facing), -1)
+        sides, surface = flat_sides(points, self._spacing), points[outside]
+        on = np.full(len(surface), -1)
         for number, (axis, sign, end, flat) in enumerate(sides):
-            on[sign * points[outside][:, axis] > end - (AT_SIDE + PAST_SIDE) * self._spacing] = number
+            on[sign * surface[:, axis] > end - (AT_SIDE + PAST_SIDE) * self._spacing] = number
             facing[on == number] += flat * (sign * np.eye(3)[axis] - facing[on == number])
         sizes, shade = self._sizes[:count][outside].copy(), self._shade[:count][outside]
         sizes[..., 2] /= FLAT + (1 - FLAT) * (1 - loose)
-        centers = points[outside][:, None] + self._offsets[:count][outside]
+        centers = surface[:, None] + self._offsets[:count][outside]
         centers = _against(centers, on, sides, sizes[..., ::2])
         beds, aside = self._bed_sizes[:count][outside], self._bed_offsets[:count][outside]
         round_ = beds[:, :1] * LUMP / BED[0]
@@ -108,7 +108,7 @@ class Grains:
             shown = shade == k
             at, size, axis = centers[shown], sizes[shown], axes[shown]
             if k == len(self._bsdfs) // 2:
-                bed = _against((points[outside] + aside)[:, None], on, sides, beds[:, None, ::2])
+                bed = _against((surface + aside)[:, None], on, sides, beds[:, None, ::2])
                 at = np.concatenate([at, bed[:, 0]])
                 size = np.concatenate([size, beds])
                 axis = np.concatenate([axis, facing])
@@ -138,12 +138,15 @@ def flat_sides(points: Array, spacing: float) -> list[FlatSide]:
     """
     found = []
     for axis in (0, 1):
-        outline = np.floor(points[:, [1 - axis, 2]] / (SIDE_CELL * spacing)).astype(np.int64)
-        whole = len(np.unique(outline, axis=0))
+        cells = np.floor(points[:, [1 - axis, 2]] / (SIDE_CELL * spacing)).astype(np.int64)
+        cells -= cells.min(axis=0)
+        outline = cells[:, 0] * (cells[:, 1].max() + 1) + cells[:, 1]  # one number for each cell: rows sort slowly
+        whole = len(np.unique(outline))
         for sign in (-1.0, 1.0):
             outwards = sign * points[:, axis]
-            end = float(np.partition(outwards, -1 - int(ASTRAY * len(points)))[-1 - int(ASTRAY * len(points))])
-            near = len(np.unique(outline[outwards > end - AT_SIDE * spacing], axis=0))
+            last = -1 - int(ASTRAY * len(points))
+            end = float(np.partition(outwards, last)[last])
+            near = len(np.unique(outline[outwards > end - AT_SIDE * spacing]))
             flat = float(np.clip((near / whole - FLAT_SIDE[0]) / (FLAT_SIDE[1] - FLAT_SIDE[0]), 0.0, 1.0))
             if flat > 0:
                 found.append(FlatSide(axis, sign, end + PAST_SIDE * spacing, flat))
