@@ -275,6 +275,17 @@ def test_the_weights_of_the_marks() -> None:
 
 
 @pytest.mark.usefixtures("untraced")
+def test_a_handsome_film_that_breaks_what_was_asked_for_does_not_win(make_run: MakeRun, tmp_path: Path) -> None:
+    plain, handsome = marks(70, 70, 70, 70), marks(74, 74, 74, 74).replace("better:", "broken: [4: cuts it off]\nbetter:")
+    others = [light("golden_hour"), light("overcast"), light("studio")]
+    replies = {"viewer": [plain, *[handsome] * 3], "render": others}
+    studio = Studio(make_run, tmp_path, replies)
+    assert studio.shoot() == CASE
+    assert [what["total"] for event, what in studio.events if event == "viewed"] == [70, 68, 68, 68]
+    assert "cuts it off" in studio.model.questions("render")[1]
+
+
+@pytest.mark.usefixtures("untraced")
 def test_who_films_it_hears_what_was_not_filmed(make_run: MakeRun, tmp_path: Path) -> None:
     low, less = marks(40, 40, 40, 40), marks(30, 30, 30, 30)
     both = fenced(

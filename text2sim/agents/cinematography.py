@@ -45,6 +45,8 @@ MAX_LISTED = 30
 """Largest number of events, and of bodies, in the Render Writer's prompt."""
 MARK_WEIGHTS = {"content": 0.30, "clarity": 0.30, "polish": 0.25, "appeal": 0.15}
 """Weights of the marks."""
+BROKEN_COST, MAX_BROKEN = 6.0, 4
+"""What each broken demand on the view costs in total marks, and the largest number of them in an answer."""
 Score = Annotated[float, Field(ge=0, le=100)]
 
 
@@ -71,13 +73,16 @@ class Marks(Answer):
     clarity: Score
     polish: Score
     appeal: Score
+    broken: Annotated[list[Line], Field(max_length=MAX_BROKEN)] = []
+    """What the request demands of view and colors and the pictures do not have. Handsome pictures must not win by it."""
     better: Line = ""
     """Suggested improvements."""
 
     @property
     def total(self) -> float:
-        """Total mark, 0 to 100."""
-        return round(sum(weight * getattr(self, name) for name, weight in MARK_WEIGHTS.items()), 1)
+        """Total mark, at most 100: the weighted marks less the cost of broken demands."""
+        weighted = sum(weight * getattr(self, name) for name, weight in MARK_WEIGHTS.items())
+        return round(weighted - BROKEN_COST * len(self.broken), 1)
 
 
 @dataclass(frozen=True)
@@ -253,7 +258,7 @@ class Cinematography:
         parts = {part: getattr(marks, part) for part in MARK_WEIGHTS}
         if any(take.name == name for take in self._tried):
             name = f"{name}_{len(self._tried)}"
-        self._emit("viewed", treatment=name, total=marks.total, marks=parts, better=marks.better)
+        self._emit("viewed", treatment=name, total=marks.total, marks=parts, broken=marks.broken, better=marks.better)
         return FilmedTreatment(name, text, marks, picture)
 
 

@@ -4,7 +4,7 @@ A `Form` rejects unknown keys, since they would silently have no effect. Other a
 """
 
 import re
-from typing import Annotated, Any, Literal, get_origin
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, model_validator
 
@@ -49,10 +49,21 @@ def _as_meant(model: type[BaseModel], key: Any, value: Any) -> Any:
         return value
     if isinstance(value, str):
         return [value]
+    if isinstance(value, list) and get_args(field.annotation)[0] == Line:
+        return [_as_text(row) for row in value]
     if isinstance(value, dict) and all(isinstance(row, dict) for row in value.values()):
         # A mapping of assets by body instead of a list.
         return [{"body": name, **row} for name, row in value.items()]
     return value
+
+
+def _as_text(row: Any) -> Any:
+    """A line in which YAML takes a colon for a mapping, as text again."""
+    if isinstance(row, dict) and len(row) == 1:
+        ((before, after),) = row.items()
+        if not isinstance(after, dict | list):
+            return f"{before}: {after}"
+    return row
 
 
 class PlannedBody(Form):

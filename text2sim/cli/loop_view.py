@@ -110,7 +110,8 @@ def _lines(event: str, what: dict[str, Any]) -> list[str]:
         return [f"  trial {_shortened(row.removeprefix('- '))}" for row in what["rows"]]
     if event == "viewed":
         marks = ", ".join(f"{name} {mark:g}" for name, mark in what["marks"].items())
-        return [f"  film `{what['treatment']}`: {what['total']:g} of 100 ({marks})"]
+        rows = [f"  film `{what['treatment']}`: {what['total']:g} of 100 ({marks})"]
+        return rows + [f"    against the request: {_shortened(row)}" for row in what.get("broken", ())]
     if event == "styled":
         return [f"  filmed as `{what['treatment']}`, {what['total']:g} of 100"]
     if event in ("not_styled", "treatments_failed"):
