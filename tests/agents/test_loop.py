@@ -51,8 +51,8 @@ SMUGGLED = CRITIQUE.replace(
     '[{op: replace, path: /bodies/ball/pose/pos/2, value: "${height + 0.1}"}]',
     "[{op: replace, path: /actions/expect/lands/within, value: [0, 0.6]}]",
 ).replace("{section: bodies, why", "{section: actions, why")
-APART = "requirements: {falls: {what: a ball falls on a slab, sort: action, importance: 5}}"
-MISSED = "missing: {one: {what: there is one ball, sort: count, importance: 2}}"
+APART = "requirements: {falls: {what: a ball falls on a slab, importance: 5}}"
+MISSED = "missing: {one: {what: there is one ball, importance: 2}}"
 REPLIES = {
     "reader": [APART, MISSED],
     "planner": [PLAN, "action: repair\nwhy: it starts too high\ntake: [1]\n"],

@@ -74,7 +74,7 @@ class Marks(Answer):
     polish: Score
     appeal: Score
     broken: Annotated[list[Line], Field(max_length=MAX_BROKEN)] = []
-    """What the request demands of view and colors and the pictures do not have. Handsome pictures must not win by it."""
+    """What the request demands of the view and the pictures break, so that handsome pictures do not win by it."""
     better: Line = ""
     """Suggested improvements."""
 

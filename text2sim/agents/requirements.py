@@ -4,7 +4,7 @@ Without such a list, expectations and the Critic's verdict alone decide.
 """
 
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -13,7 +13,6 @@ from text2sim.agents.models.exchange import Image, ModelError, StoppedError
 from text2sim.agents.replies import MAX_LINE_LENGTH, Answer, Line, Name
 from text2sim.agents.roles import ROLES, render, system_prompt
 
-Sort = Literal["objects", "count", "appearance", "relation", "actuation", "action", "order", "final", "never", "other"]
 MAX_REQUIREMENTS = 24
 SHORT_WISH = 12
 """Largest number of words of a change request that counts as a single requirement."""
@@ -24,7 +23,6 @@ class Requirement(Answer):
 
     what: Line
     """In the words of the request."""
-    sort: Sort = "other"
     importance: Annotated[int, Field(ge=1, le=5)] = 3
     optional: bool = False
     """Whether it is wished only if it is possible."""
