@@ -107,6 +107,8 @@ def test_a_brief_in_everyday_words_brings_the_pages_that_it_needs() -> None:
         "its example is written with the latter"
     )
     assert "piecewise" not in _kinds_for("actions", plan, "It attaches the sheet.")
+    assert "release" in _kinds_for("actions", plan, "It is attached from 0 to 1.9 s."), "by which an `attach` ends"
+    assert {"spring", "attach"} <= _kinds_for("actions", plan, "door_spring pulls from the start; the tie_lines hold.")
     for words in ("One strong light, grazing the wall.", "Light comes in from the left."):
         assert "softbox" in _kinds_for("render", plan, words), words
     assert "softbox" not in _kinds_for("render", plan, "A light board, seen from the left.")
@@ -152,6 +154,14 @@ def test_a_patch_on_the_own_section(tmp_path: Path) -> None:
     assert found["ball"]["shape"]["radius"] == 0.2
     assert "statics floor" in asked[0], "the names of the rest are told"
     assert "dt: 0.005" not in asked[0], "what stands in the rest is not"
+
+
+def test_who_changes_controls_hears_what_they_can_do_with_what_deforms(tmp_path: Path) -> None:
+    mat = PLAN.model_copy(update={"bodies": PLAN.bodies | {"mat": PlannedBody(kind="soft", shape="box")}})
+    for plan, region in ((PLAN, False), (mat, True)):
+        model = Scripted({"actions": [fenced("patch: []\nwhy: it is held")]})
+        change_section(chat(tmp_path, model), "actions", plan, CASE, Change("Hold it by an `attach`."), FILE)
+        assert ("the attached part" in model.questions("actions")[0]) is region
 
 
 def test_why_nothing_changes_is_heard(tmp_path: Path) -> None:
@@ -221,14 +231,16 @@ def test_descriptions_are_cut_at_the_end_of_a_sentence_or_word() -> None:
     assert gist("A very long row of words, and no end of it", 27) == "A very long row of words …"
 
 
-@pytest.mark.parametrize("section", ["render", "actions"])
-def test_descriptions_of_few_bodies_are_told_in_full(section: str) -> None:
+@pytest.mark.parametrize(
+    ("section", "count", "whole"), [("render", 2, True), ("render", 9, False), ("actions", 9, True)]
+)
+def test_only_who_films_many_bodies_gets_short_descriptions(section: str, count: int, whole: bool) -> None:
+    """Whoever moves them needs their measures: where a pivot is, where an eye."""
     sentence = "A ball of cork that was turned by hand, with a stripe around it. "
-    for count, whole in ((2, True), (9, False)):
-        bodies = {f"ball_{k}": PlannedBody(kind="rigid", what=sentence * 6) for k in range(count)}
-        told = plan_for(section, PLAN.model_copy(update={"bodies": bodies}))
-        assert ("…" not in told) is whole
-        assert told.count("stripe around it") == count * (6 if whole else 3)
+    bodies = {f"ball_{k}": PlannedBody(kind="rigid", what=sentence * 6) for k in range(count)}
+    told = plan_for(section, PLAN.model_copy(update={"bodies": bodies}))
+    assert ("…" not in told) is whole
+    assert told.count("stripe around it") == count * (6 if whole else 3)
 
 
 def test_what_a_plan_says_in_passing_brings_no_pages() -> None:

@@ -208,12 +208,14 @@ def test_the_digest_is_of_the_installed_genesis() -> None:
         "PBDEntity.get_particles_pos(",
         "FEMEntity.get_state(",
         "FEMEntity.set_vertex_constraints(",
+        "scene.rigid_solver.add_weld_constraint(",
     ):
         assert name in digest
     for line in digest.splitlines():
         assert "vvert_start" not in line, "what a scene makes needs no constructor"
         assert "_ckpt(" not in line
     assert "Young" in genesis_docs.docstrings_of(["MPM.Elastic"])
+    assert "link1_idx" in genesis_docs.docstrings_of(["RigidSolver.add_weld_constraint"]), "by the class's name, too"
 
 
 def test_text2sim_is_called_as_a_user_calls_it(suite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -137,6 +137,7 @@ def pair(new_run, make_case):
             "low": {"kind": "position", "of": "b", "axis": "z"},
             "v": {"kind": "speed", "of": "a"},
             "lost": {"kind": "joint_position", "of": "a"},
+            "apart": {"kind": "difference", "measures": ["high", "low"]},
         }
         found = evaluate(RecordedCase.load(run.write(), make_case(bodies=("a", "b"), measures=measures, statics=())))
         assert list(found) == list(measures)
@@ -159,6 +160,12 @@ def test_a_ratio_has_no_value_where_it_divides_by_zero(pair):
     assert series.unit == ""
     assert pair(kind="ratio", measures=["high", "v"])[1].unit == "m/(m/s)"
     assert pair(kind="ratio", measures=["low", "high"], change_from="start")[1].values[0] == 0.0
+
+
+def test_pairs_are_measures_of_pairs_in_any_order(pair):
+    time, series = pair(kind="ratio", measures=["apart", "low"])  # stands before `apart`
+    np.testing.assert_allclose(series.values[1:], 1 / time[1:], rtol=1e-5)
+    assert series.unit == ""
 
 
 def test_what_lacks_a_measure_has_no_value(pair):

@@ -30,6 +30,7 @@ _SHORTER = (
 
 _FORMS = {
     "region": " of what deforms: a part of it, as `{edge: left}`, `{corner: [left, front]}`",
+    "change_from": " (a time)",
     "so_far": " (max, min, range up to then)",
 }
 """Explanations of fields with unclear names."""

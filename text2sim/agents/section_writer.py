@@ -37,10 +37,8 @@ AS_WORDS = frozenset({"ball", "beam", "line", "free", "text", "still", "reach", 
 """Kinds whose names usually mean something else in a description: `ball` is not the mount."""
 MAX_REASON_LENGTH = 300
 """Longest reason for leaving a section unchanged [characters]."""
-GIST_SECTIONS = ("render", "actions")
-"""Sections whose Writers only film or move bodies, and need no long descriptions of them."""
 MAX_GIST_LENGTH, MAX_GISTS_LENGTH = 200, 1_200
-"""Longest description of a body for them, unless all descriptions together are short [characters]."""
+"""Longest description of a body for the Render Writer, unless all descriptions together are short [characters]."""
 
 
 @dataclass(frozen=True)
@@ -134,6 +132,7 @@ def change_section(
         The new section, a referral to another role, or why nothing has to change.
     """
     current = mapping(case, section)
+    deforming = {body.kind for body in plan.bodies.values()} & DEFORMABLE_KINDS  # controls of them have further fields
     wrong = "\n".join(f"- {problem}" for problem in change.problems)
     named = "".join(f" `{kind}`" for kind in _named_controls(section, current, f"{change.instruction} {wrong}"))
     question = render(
@@ -150,7 +149,9 @@ def change_section(
         keep=change.keep,
         left=change.left,
         instruction=change.instruction,
-        pages=language.named_reference(section, f"{change.instruction} {_quoted(wrong)}{named}", _kinds_there(current)),
+        pages=language.named_reference(
+            section, f"{change.instruction} {_quoted(wrong)}{named}", _kinds_there(current) | deforming
+        ),
     )
 
     def read(data: Any) -> dict[str, Any] | Refer | Unchanged:
@@ -201,10 +202,10 @@ def plan_for(section: str, plan: CasePlan) -> str:
         data["params"] = plan.params
     always = {"scene": ("static",), "bodies": ()}.get(section)
     bodies = {}
-    cut = section in GIST_SECTIONS and sum(len(body.what) for body in plan.bodies.values()) > MAX_GISTS_LENGTH
+    cut = section == "render" and sum(len(body.what) for body in plan.bodies.values()) > MAX_GISTS_LENGTH
     for name, body in plan.bodies.items():
         row = body.model_dump(mode="json", exclude_defaults=True)
-        # Render and Action Writers need short descriptions; the Scene Writer needs only the kinds of moving bodies.
+        # Who films needs short descriptions; the Scene Writer needs only the kinds of moving bodies.
         if cut and len(body.what) > MAX_GIST_LENGTH:
             row["what"] = gist(body.what, MAX_GIST_LENGTH)
         bodies[name] = {"kind": body.kind} if always and body.kind not in always else row
@@ -248,7 +249,9 @@ def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
             found -= FIELD_CONTROLS
         if section == "actions":  # the Planner writes the measures; the Writer adds those that its brief quotes
             found -= set(language.measured_kinds()) - set(re.findall(r"`([a-z_]+)`", plan.briefs.get("actions", "")))
-            found |= {kind for kind, meant in CONTROL_WORDS.items() if meant & mentioned}
+            parts = {part for word in mentioned - set(plan.bodies) for part in word.split("_")}  # of `door_spring`
+            found |= {kind for kind, meant in CONTROL_WORDS.items() if {kind, *meant} & parts}
+            found |= {"release"} if "attach" in found else set()
             events = {str(row.get("kind")) for row in plan.checks.events.values()}
             found |= {kind for event in events for kind in CONTROLS_OF_EVENTS.get(event, ())}
             found |= language.schedules_in_examples(found)

@@ -31,6 +31,7 @@ CLASS_SOURCES = {
     "Scene": ("engine/scene.py",),
     "Camera": ("vis/camera.py",),
     "RigidEntity": ("engine/entities/rigid_entity/rigid_entity.py", "engine/entities/base_entity.py"),
+    "scene.rigid_solver": ("engine/solvers/rigid/rigid_solver.py",),
     "RigidLink": ("engine/entities/rigid_entity/rigid_link.py",),
     "MPMEntity": ("engine/entities/mpm_entity.py", "engine/entities/particle_entity.py"),
     "PBDEntity": ("engine/entities/pbd_entity.py", "engine/entities/particle_entity.py"),
@@ -58,6 +59,8 @@ SKIPPED = (
     "ToolOptions",
     "ViewerOptions",
 )
+UNDOCUMENTED = ("__init__", "get_state", "add_weld_constraint", "delete_weld_constraint")
+"""Methods that programs need and that have no docstring, at least in one class."""
 _BOOKKEEPING = re.compile(r"init_.*|.*_grads?|.*_ckpt|process_input|sample|instantiate")
 """Methods with docstrings that the engine calls itself."""
 MAX_DEFAULT_LENGTH = 40
@@ -117,9 +120,11 @@ def docstrings_of(names: list[str]) -> str:
     """Return the docstrings of classes and methods; for an unknown name, the nearest known one."""
     rows, known = [], documentation()
     for name in names:
+        method = name.rpartition(".")[2]
         match = next((entry for entry in known if entry == name or entry.endswith(f".{name}")), None)
+        match = match or next((entry for entry in known if entry.endswith(f".{method}")), None)
         if match is None:
-            hint = nearest(name.rpartition(".")[2], [entry.rpartition(".")[2] for entry in known])
+            hint = nearest(method, [entry.rpartition(".")[2] for entry in known])
             rows.append(f"There is nothing called `{name}`" + (f"; there is `{hint}`." if hint else "."))
         else:
             rows.append(f"{known[match].line}\n\n{known[match].doc[:MAX_DOCSTRING_LENGTH]}".strip())
@@ -160,11 +165,11 @@ def _method(name: str, node: ast.FunctionDef) -> ApiEntry:
 
 
 def _is_public(node: ast.FunctionDef) -> bool:
-    """Whether a program may call a method: documented, no kernel or property, nothing that the engine calls itself."""
+    """Whether a program may call a method: no kernel or property, nothing that the engine calls itself."""
     marks = [ast.unparse(mark) for mark in node.decorator_list]
     if any("qd." in mark or "setter" in mark or "property" in mark for mark in marks):
         return False
-    if node.name in ("__init__", "get_state"):  # which has no docstring in fem
+    if node.name in UNDOCUMENTED:
         return True
     return node.name[0] != "_" and bool(ast.get_docstring(node)) and not _BOOKKEEPING.fullmatch(node.name)
 

@@ -6,6 +6,7 @@ and its velocity is that of the common centre of mass.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from graphlib import TopologicalSorter
 from typing import Any
 
 import numpy as np
@@ -21,9 +22,8 @@ from text2sim.recording.states import Array, JointRecord
 from text2sim.recording.vectors import rotate, rotate_back
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.models.base import AXES
-from text2sim.spec_schema.names.derived_measure_references import JOINT_UNITS
+from text2sim.spec_schema.names.derived_measure_references import JOINT_UNITS, Pair, ratio_unit
 
-_PAIRS = measures.Difference | measures.Ratio
 _COLUMN = {"x": 0, "y": 1, "z": 2}
 
 
@@ -48,10 +48,13 @@ def evaluate(recording: RecordedCase) -> dict[str, Series]:
     """Evaluate every measure of the case, in its order."""
     found: dict[str, Series] = {}
     all_measures = recording.case.actions.measures
-    for name, measure in sorted(all_measures.items(), key=lambda item: isinstance(item[1], _PAIRS)):
+    needs = {name: getattr(measure, "measures", ()) for name, measure in all_measures.items()}
+    for name in TopologicalSorter(needs).static_order():
+        if (measure := all_measures.get(name)) is None:
+            continue
         try:
             with np.errstate(all="ignore"):  # a diverged run holds numbers that overflow
-                values, unit = _of_two(measure, found) if isinstance(measure, _PAIRS) else _value(recording, measure)
+                values, unit = _of_two(measure, found) if isinstance(measure, Pair) else _value(recording, measure)
                 values = _changed(recording.states.time, np.asarray(values, dtype=float), measure.change_from)
                 values = _so_far(values, measure.so_far)
             found[name] = Series(name, unit, values)
@@ -60,7 +63,7 @@ def evaluate(recording: RecordedCase) -> dict[str, Series]:
     return {name: found[name] for name in all_measures}
 
 
-def _of_two(measure: measures.Difference | measures.Ratio, found: dict[str, Series]) -> tuple[Array, str]:
+def _of_two(measure: Pair, found: dict[str, Series]) -> tuple[Array, str]:
     """Difference a - b, or ratio a / b, which has no value where b is 0 and the unit of a over that of b."""
     for name in measure.measures:
         if name not in found or found[name].problem:
@@ -70,9 +73,7 @@ def _of_two(measure: measures.Difference | measures.Ratio, found: dict[str, Seri
         if a.unit != b.unit:
             raise MeasureError(f"`{a.name}` is in {a.unit or '1'} and `{b.name}` in {b.unit or '1'}: no difference")
         return a.values - b.values, a.unit
-    values = np.where(b.values == 0, np.nan, a.values / b.values)
-    below = f"({b.unit})" if " " in b.unit or "/" in b.unit else b.unit
-    return values, "" if a.unit == b.unit else f"{a.unit or 1}/{below}" if below else a.unit
+    return np.where(b.values == 0, np.nan, a.values / b.values), ratio_unit(a.unit, b.unit)
 
 
 def _changed(time: Array, values: Array, since: str | float | None) -> Array:

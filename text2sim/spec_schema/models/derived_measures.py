@@ -15,7 +15,7 @@ class Difference(Measured):
     kind: Literal["difference"]
     traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=False, instead="")
     measures: tuple[Name, Name]
-    """Names of two measures, neither of them a difference or ratio."""
+    """Names of two measures, which may be differences or ratios themselves."""
 
 
 class Ratio(Measured):
@@ -27,4 +27,4 @@ class Ratio(Measured):
     kind: Literal["ratio"]
     traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=False, instead="")
     measures: tuple[Name, Name]
-    """Names of two measures, neither of them a difference or ratio."""
+    """Names of two measures, which may be differences or ratios themselves."""

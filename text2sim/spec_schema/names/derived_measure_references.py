@@ -17,12 +17,16 @@ JOINT_UNITS: Mapping[str, Mapping[str, str]] = {
     "joint_force": {"hinge": "N m", "slider": "N"},
 }
 """Unit of a measure of a joint, by its kind."""
+Pair = measures.Difference | measures.Ratio
+"""A measure of two others."""
+MAX_NESTED = 6
+"""How deep differences and ratios may be measures of each other."""
 RINGS, RODS = ("torus", "tube"), ("cylinder", "capsule", "box")
 """Shapes of rings, and of rods that pass through them."""
 
 
-def check_pair(table: NameTable, where: Path, pair: measures.Difference | measures.Ratio) -> None:
-    """Report measures that do not exist, that are such pairs themselves, or that have no difference.
+def check_pair(table: NameTable, where: Path, pair: Pair) -> None:
+    """Report measures that do not exist, that need the pair itself, or that have no difference.
 
     Args:
         table: The table; problems are added to it.
@@ -30,17 +34,16 @@ def check_pair(table: NameTable, where: Path, pair: measures.Difference | measur
         pair: The difference or ratio.
     """
     known = table.loaded.case.actions.measures
-    units = []
-    for index, name in enumerate(pair.measures):
-        place = (*where, "measures", index)
-        if not table.check_known(place, "measure", name, known):
-            continue
-        if isinstance(known[name], measures.Difference | measures.Ratio):
-            table.report(
-                place, f"`{name}` is a {known[name].kind} itself, and only plain measures can be used", "nested"
-            )
-            continue
-        units.append(_unit_of(table, known[name]))
+    named = [
+        table.check_known((*where, "measures", index), "measure", name, known)
+        for index, name in enumerate(pair.measures)
+    ]
+    if not all(named):
+        return
+    if (wrong := _without_end(known, str(where[-1]), pair)) is not None:
+        table.report((*where, "measures"), wrong, "nested")
+        return
+    units = [_unit_of(table, known[name]) for name in pair.measures]
     if isinstance(pair, measures.Difference) and None not in units and len({*units}) == 2:
         words = [f"in {unit}" if unit else "a number without unit" for unit in units]
         a, b = pair.measures
@@ -48,8 +51,48 @@ def check_pair(table: NameTable, where: Path, pair: measures.Difference | measur
         table.report((*where, "measures"), message, "measure-kind")
 
 
+def _without_end(known: Mapping[str, measures.Measure], name: str, pair: Pair) -> str | None:
+    """Say that a pair needs itself, or is nested too deep; None if neither."""
+    level = set(pair.measures)
+    for _ in range(MAX_NESTED):
+        if name in level:
+            return f"`{name}` is worked out from itself"
+        level = {inner for each in level for inner in getattr(known.get(each), "measures", ())}
+    return f"differences and ratios of each other are nested more than {MAX_NESTED} deep" if level else None
+
+
+def plain_measures(known: Mapping[str, measures.Measure], pair: Pair) -> list[measures.Measure]:
+    """Return the measures from which a difference or ratio is worked out in the end, as far as they exist.
+
+    Args:
+        known: All measures by name.
+        pair: The difference or ratio.
+    """
+    found: list[measures.Measure] = []
+    level: list[str] = list(pair.measures)
+    for _ in range(MAX_NESTED + 1):
+        there = [known[name] for name in level if name in known]
+        found += [one for one in there if not isinstance(one, Pair)]
+        level = [name for one in there if isinstance(one, Pair) for name in one.measures]
+    return found
+
+
+def ratio_unit(above: str, below: str) -> str:
+    """Return the unit of a ratio of two measures with units; empty if it has none."""
+    if above == below:
+        return ""
+    divisor = f"({below})" if " " in below or "/" in below else below
+    return f"{above or 1}/{divisor}" if divisor else above
+
+
 def _unit_of(table: NameTable, measure: measures.Measure) -> str | None:
     """Return the unit of a measure; None if only its joints tell, and they are not known."""
+    if isinstance(measure, Pair):
+        known = table.loaded.case.actions.measures
+        above, below = (_unit_of(table, known[name]) if name in known else None for name in measure.measures)
+        if above is None or below is None or isinstance(measure, measures.Difference):
+            return above if below is not None else None
+        return ratio_unit(above, below)
     if measure.kind not in JOINT_UNITS or measure.value_unit or getattr(measure, "stat", None) == "count":
         return measure.value_unit
     quiet = NameTable(table.loaded, table.parts, counts=table.counts)

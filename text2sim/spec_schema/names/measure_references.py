@@ -7,7 +7,13 @@ from text2sim.spec_schema.models.bodies import Articulated, BallMount, HingeMoun
 from text2sim.spec_schema.models.controls import Spring
 from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.names.control_references import check_joint, joints_of
-from text2sim.spec_schema.names.derived_measure_references import check_pair, check_spring_force, check_threaded
+from text2sim.spec_schema.names.derived_measure_references import (
+    Pair,
+    check_pair,
+    check_spring_force,
+    check_threaded,
+    plain_measures,
+)
 from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.selectors import quoted
 from text2sim.spec_schema.names.soft_measure_references import (
@@ -46,7 +52,7 @@ def check_measures(table: NameTable) -> None:
         if isinstance(measure, measures.Threaded):
             check_threaded(table, where, measure)
             continue
-        if isinstance(measure, measures.Difference | measures.Ratio):
+        if isinstance(measure, Pair):
             check_pair(table, where, measure)
             continue
         others: list[Member] = []
@@ -90,9 +96,8 @@ def measured_sides(table: NameTable, measure: measures.Measure) -> list[list[Mem
 
     The sides of a difference or ratio are those of its measures.
     """
-    if isinstance(measure, measures.Difference | measures.Ratio):
-        known = table.loaded.case.actions.measures
-        plain = [known[name] for name in measure.measures if name in known and known[name].kind not in PAIRS]
+    if isinstance(measure, Pair):
+        plain = plain_measures(table.loaded.case.actions.measures, measure)
         return [side for each in plain for side in measured_sides(table, each)]
     quiet = NameTable(table.loaded, counts=table.counts)
     sides: Sequence[str | list[str] | None] = (getattr(measure, "of", None),)
