@@ -132,6 +132,11 @@ def test_a_kind_that_is_no_name_is_compared_as_in_json():
     assert [change.kind for change in difference({"kind": 0}, {"kind": False})] == ["kind"]
 
 
+def test_a_kind_with_line_breaks_stays_on_the_line():
+    (change,) = difference({"kind": "box", "size": 1}, {"kind": "two\nlines", "size": 1})
+    assert change_line(change).startswith("~   box → two lines: ")
+
+
 @LAX
 @given(st.data())
 def test_the_patch_leads_from_the_one_to_the_other(data: st.DataObject):

@@ -24,8 +24,8 @@ def change_line(change: Change) -> str:
         far = f"[{', '.join(_number(x) for x in change.by)}] ({_number(hypot(*change.by))} m)"
         return f"{mark} {where}  moved by {far}: {_from_to(change)}"
     if change.kind == "kind" and isinstance(change.old, dict) and isinstance(change.new, dict):
-        old, new = change.old.get("kind"), change.new.get("kind")
-        return f"{mark} {where}  {old or 'no kind'} → {new or 'no kind'}: {_from_to(change)}"
+        old, new = (value_text(kind) if (kind := row.get("kind")) else "no kind" for row in (change.old, change.new))
+        return f"{mark} {where}  {old} → {new}: {_from_to(change)}"
     return f"{mark} {where}  {_from_to(change)}"
 
 
