@@ -1,12 +1,19 @@
 """Pages of the language in letters: what their readers need, and no more."""
 
 from math import asin, degrees, hypot
+from typing import get_args
 
 import pytest
 
 from text2sim.agents import language
 from text2sim.agents.kind_words import kinds_in
+from text2sim.agents.page_selection import KINDS_BY_PAGE
 from text2sim.compiler.film_lights import STUDIOS
+from text2sim.spec_schema.models.events import Event
+from text2sim.spec_schema.models.measures import Measure
+from text2sim.spec_schema.models.repeat import Repeat
+from text2sim.spec_schema.models.space import Region
+from text2sim.spec_schema.published.language_reference import section_kinds
 
 
 def test_a_script_of_rigid_bodies_hears_nothing_of_what_deforms() -> None:
@@ -47,6 +54,13 @@ def test_everyday_words_for_a_strip_lead_to_beams() -> None:
         assert word in line, "the Planner chooses by this line"
     assert "- `youngs_modulus`* (> 0)" in language.named_reference("bodies", "make the springboard stiffer")
     assert "beam" not in kinds_in({"strip", "spring", "board"})
+
+
+def test_all_kinds_with_a_region_of_space_require_its_page() -> None:
+    kinds = section_kinds(Measure) | section_kinds(Event) | section_kinds(Repeat)
+    regions = {kind: field.annotation for kind, model in kinds.items() if (field := model.model_fields.get("region"))}
+    with_region = {kind for kind, taken in regions.items() if {taken, *get_args(taken)} & {Region, get_args(Region)[0]}}
+    assert KINDS_BY_PAGE["Regions of space"] ^ with_region == set(), "missing there, or gone from the language"
 
 
 def test_where_the_sun_of_a_lighting_stands_is_said_as_it_is() -> None:

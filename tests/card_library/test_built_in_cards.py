@@ -28,7 +28,8 @@ def test_all_of_them_can_be_read() -> None:
 
 def test_card_and_cases_are_valid(entry: CardEntry) -> None:
     card, failing, repaired = check_entry(entry)
-    assert failing.case.name == repaired.case.name == card.id.replace("-", "_")
+    name = card.id.replace("-", "_")
+    assert (failing.case.name, repaired.case.name) == (name, name), "the `name` of both cases is the card's id with `_`"
     assert failing.case.actions.expect == repaired.case.actions.expect
 
 

@@ -12,4 +12,5 @@ README = Path(__file__).parents[2] / "README.md"
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_the_readme_tells_of_every_command(name: str) -> None:
-    assert re.search(rf"(text2sim |`){name}\b", README.read_text("utf-8"))
+    told = re.search(rf"(text2sim |`){name}\b", README.read_text("utf-8"))
+    assert told, f"README.md: a row for `text2sim {name}` is missing"

@@ -3,13 +3,15 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 import trimesh
 
 from text2sim.compiler.build import plan_case
-from text2sim.compiler.emit import emit
+from text2sim.compiler.emit import ENGINE_FINISHES, emit
+from text2sim.drawing.surfaces import GLOSS
 from text2sim.recording.film_record import Cut, SurfaceLook, WornMesh, _looks_of_pieces
 from text2sim.rendering.backdrop import backdrop_mesh, clearness, haze_distance
 from text2sim.rendering.decorating import decorated, drift
@@ -18,6 +20,7 @@ from text2sim.rendering.meshes import RenderMesh, boxed_uvs
 from text2sim.rendering.rigid import _grained, _pattern_rates, _rim, narrow_sides
 from text2sim.rendering.scene import texture_scale
 from text2sim.spec_schema.load import load_case
+from text2sim.spec_schema.models.materials import Finish
 from text2sim.templates.patterns import Decoration
 
 CASE = """
@@ -73,6 +76,12 @@ def test_parts_of_one_colour_are_told_apart_by_finish(tmp_path: Path) -> None:
     path.write_text(CASE.replace('look: {color: "#eef6ff", finish: glass}', "look: {color: steel, finish: rubber}"))
     looks = json.loads(emit(plan_case(load_case(path)))["looks.json"])["lamp"]
     assert {looks["looks"][k]["finish"] for k in looks["links"]["arm"]} == {"brushed_metal", "rubber"}
+
+
+@pytest.mark.parametrize("finish", get_args(Finish))
+def test_every_finish_has_its_surface_in_each_renderer(finish: str) -> None:
+    tables = {"rendering/finishes.py": FINISHES, "compiler/emit.py": ENGINE_FINISHES, "drawing/surfaces.py": GLOSS}
+    assert [file for file, table in tables.items() if finish not in table] == [], "a row is missing there"
 
 
 def test_dark_glass_is_not_clear() -> None:

@@ -44,8 +44,7 @@ KINDS_BY_PAGE: dict[str, frozenset[str]] = {
     "Motions": frozenset({"driven"}), "Shapes of cloth": frozenset({"cloth"}), "Mounts": JOINTED | {"free", "fixed"},
     "Parts of a compound": frozenset({"compound"}), "Parts of a sculpt": frozenset({"sculpt"}),
     "Cross-sections": frozenset({"sculpt"}), "Copies": COPIES,
-    "Regions of space": frozenset({"packing", "enters", "leaves", "count_in", "share_in", "surface_in",
-                                   "surface_level"}),
+    "Regions of space": frozenset({"packing", "enters", "leaves", "count_in", "share_in", "surface_level"}),
     "Lights": frozenset({"sun", "softbox", "lamp", "spot", "sky", "environment", "light", "lights"}),
     "Regions on bodies": frozenset({"cloth", "soft", "point", "region", "corner", "edge", "face"}),
 }  # fmt: skip

@@ -52,7 +52,7 @@ RATE_DEPENDENT = {"Viscoplastic", "ViscousLiquid"}
 """Those of them that need to know the substep."""
 
 # Roughness and metallic of the engine's surfaces; its rasteriser shows little of the difference.
-FINISHES = {
+ENGINE_FINISHES = {
     "rough": (0.9, 0.0),
     "painted": (0.5, 0.0),
     "plastic": (0.4, 0.0),
@@ -291,7 +291,7 @@ def _group(group: Group, substeps: int) -> dict[str, Any]:
     if not single and not varying:
         varying = ["pos"]
     cells = {key: Code(key) if key in varying else value for key, value in rows[0].items()}
-    rough, metallic = FINISHES[first.surface.finish] if first.surface else (None, None)
+    rough, metallic = ENGINE_FINISHES[first.surface.finish] if first.surface else (None, None)
     count = len(rows)
     return {
         "ident": identifier(group.name),
