@@ -10,6 +10,8 @@ from small_case import problems_of, small
 from staged import edits_of
 
 from text2sim import spec_schema
+from text2sim.compiler.build import resolve_case
+from text2sim.lint import lint_case
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.models.shapes import Box, Sphere
 from text2sim.spec_schema.names.references import check_references
@@ -80,6 +82,13 @@ def test_every_example_is_valid(validator, stage, section, kind):
     loaded = stage(edits)
     assert check_references(loaded) == []
     validator.validate(loaded.raw)
+
+
+@pytest.mark.parametrize("section", ["measures", "events"])
+def test_the_lint_takes_every_kind_of_the_script(stage, section):
+    """One that has no `of` needs its bodies in `subjects` of the lint."""
+    edits = {where: value for kind in load_examples()[section] for where, value in edits_of(section, kind).items()}
+    lint_case(resolve_case(stage(edits)))
 
 
 def test_an_example_for_every_kind():

@@ -3,6 +3,11 @@
 import pytest
 from lint_support import findings, report_on
 
+from text2sim.lint.script.event_bounds import _BOUNDS_BY_KIND
+from text2sim.lint.script.events_at_start import _TRUE_AT_START
+from text2sim.spec_schema.models.events import Event
+from text2sim.spec_schema.published.language_reference import section_kinds
+
 CASE = """\
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, %s]}}
@@ -75,3 +80,15 @@ def test_expectations_that_are_true_at_the_start_are_named(tmp_path):
     event = "{kind: threshold, measure: height, below: 0.5}"
     assert report_on(tmp_path, CASE % ("1", event)).held == ["stays"]
     assert report_on(tmp_path, CASE % ("0.1", event)).held == ["stays", "lands"]
+
+
+@pytest.mark.parametrize(
+    ("table", "apart"),
+    [
+        (_BOUNDS_BY_KIND, {"broken", "joint_limit"}),
+        (_TRUE_AT_START, {"broken", "joint_limit", "left_domain", "released", "removed", "separation"}),
+    ],
+    ids=["event_bounds.py", "events_at_start.py"],
+)
+def test_every_kind_of_event_is_judged_or_set_apart(table, apart):
+    assert {*table, *apart} ^ {*section_kinds(Event)} == set(), "a row in the table, or set apart here"
