@@ -19,7 +19,7 @@ from pydantic import TypeAdapter
 from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed, Wrong, typed_parser
 from text2sim.agents.journal import Journal
 from text2sim.agents.models.calls import Account, Budget, CallLog
-from text2sim.agents.models.endpoint import Endpoint, endpoint_of, never_stop
+from text2sim.agents.models.endpoint import Endpoint, endpoint_of, in_subfolder, never_stop
 from text2sim.agents.models.exchange import ModelError, StoppedError
 from text2sim.agents.models.files import write_durably
 from text2sim.evaluation.exhibit import ResultExhibit, bind_facts, exhibit_of
@@ -233,8 +233,7 @@ def _turns(prompt: str, method: str, judges: int, repeats: int) -> list[Turn]:
 
 def judge_endpoint(model: str, code: str) -> Endpoint:
     """Return a judge's endpoint; each judgement by mailbox has a folder of its own, so that they are independent."""
-    folder = model.startswith(("mailbox:", "replay:"))
-    return endpoint_of(f"{model.rstrip('/')}/{code}" if folder else model)
+    return endpoint_of(in_subfolder(model, code))
 
 
 def read_judgements(out: Path) -> tuple[dict[str, Any], list[Judgement]]:

@@ -15,6 +15,7 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from text2sim import __version__
+from text2sim.agents.models.endpoint import in_subfolder
 from text2sim.card_library.library import VARIABLE
 from text2sim.evaluation.method_folder import (
     CASE,
@@ -159,7 +160,7 @@ def _model_for_prompt(model: str, method: Method, prompt: str) -> str:
     """Return the name of a model; a mailbox gets a separate folder for each method and prompt."""
     role, equals, name = model.partition("=")
     prefix, name = (f"{role}=", name) if equals and role.isidentifier() else ("", model)
-    return f"{prefix}{name.rstrip('/')}/{method.name}/{prompt}" if name.startswith(("mailbox:", "replay:")) else model
+    return prefix + in_subfolder(name, f"{method.name}/{prompt}")
 
 
 def _text2sim(

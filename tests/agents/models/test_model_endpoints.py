@@ -5,13 +5,23 @@ import sys
 import threading
 import time
 from io import BytesIO
+from pathlib import Path
+from typing import get_args
 
 import pytest
 from chat_server import Answer, ChatServer, completion, refusal
 from PIL import Image as Picture
 
-from text2sim.agents.models.endpoint import endpoint_of, never_stop, parse_name
+from text2sim.agents.models.endpoint import (
+    ANSWERED_IN_FOLDERS,
+    ENDPOINT_FORMS,
+    endpoint_of,
+    in_subfolder,
+    never_stop,
+    parse_name,
+)
 from text2sim.agents.models.exchange import Image, Message, ModelError, ModelRequest, Reply, StoppedError
+from text2sim.cli.generate import Model
 
 pytest.importorskip("litellm")
 
@@ -251,3 +261,17 @@ def test_the_package_does_not_import_litellm() -> None:
         check=True,
     )
     assert done.stdout.strip() == "[]"
+
+
+def test_only_what_is_answered_in_a_folder_gets_one_of_its_own() -> None:
+    assert in_subfolder("mailbox:box/", "a/b") == "mailbox:box/a/b"
+    assert in_subfolder("replay:box", "a") == "replay:box/a"
+    for name in ("mailbox", "openai/m@http://h:1/v1"):
+        assert in_subfolder(name, "a") == name
+
+
+@pytest.mark.parametrize("kind", ANSWERED_IN_FOLDERS)
+def test_every_kind_is_told_of(kind: str) -> None:
+    page = Path(__file__).parents[3] / "docs/models.md"
+    for text in (ENDPOINT_FORMS, page.read_text("utf-8"), get_args(Model)[1].help):
+        assert f"{kind}:" in text

@@ -14,6 +14,8 @@ ENDPOINT_FORMS = (
 )
 """Names that `endpoint_of` accepts, for help and messages."""
 
+ANSWERED_IN_FOLDERS = ("mailbox", "replay")
+"""Kinds of endpoints whose name ends with a folder."""
 _SPLIT = re.compile(r"@(?=https?://)")
 _MODEL = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.:@/+-]{0,199}")
 _SWITCH = {"yes": True, "no": False}
@@ -63,7 +65,7 @@ def endpoint_of(spec: str) -> Endpoint:
         ModelError: If the name is invalid, its provider unknown, its key not in the environment, or its folder missing.
     """
     kind, _, rest = spec.partition(":")
-    if kind in ("mailbox", "replay"):
+    if kind in ANSWERED_IN_FOLDERS:
         from text2sim.agents.models.mailbox import Mailbox, MailboxReplay
 
         if not rest.strip():
@@ -74,6 +76,17 @@ def endpoint_of(spec: str) -> Endpoint:
     from text2sim.agents.models.litellm_client import LiteLLMEndpoint
 
     return LiteLLMEndpoint(name)
+
+
+def in_subfolder(spec: str, path: str) -> str:
+    """Return the name of an endpoint with a folder of its own inside that of `spec`; other names as they are.
+
+    Args:
+        spec: Name of an endpoint.
+        path: The subfolder.
+    """
+    folder = spec.startswith(tuple(f"{kind}:" for kind in ANSWERED_IN_FOLDERS))
+    return f"{spec.rstrip('/')}/{path}" if folder else spec
 
 
 def parse_name(spec: str) -> ModelName:
