@@ -43,6 +43,13 @@ def test_root_link_points_into_the_package(name: str) -> None:
     assert link.is_dir()
 
 
+@pytest.mark.parametrize("folder", ["text2sim", "tests", "benchmarks"])
+def test_no_file_is_longer_than_one_reads_at_once(folder: str) -> None:
+    lengths = {path: len(path.read_bytes().splitlines()) for path in (ROOT / folder).rglob("*.py")}
+    long = [f"{path.relative_to(ROOT)}: {length} lines" for path, length in lengths.items() if length > 400]
+    assert long == [], "split it: contributing.md, Style"
+
+
 def test_root_links_cannot_be_imported_by_mistake(project: dict) -> None:
     assert set(project["tool"]["ruff"]["lint"]["flake8-tidy-imports"]["banned-api"]) == set(LINKS)
     pytest_options = project["tool"]["pytest"]["ini_options"]

@@ -1,6 +1,7 @@
 """Pages of the language in letters: what their readers need, and no more."""
 
 from math import asin, degrees, hypot
+from pathlib import Path
 from typing import get_args
 
 import pytest
@@ -9,6 +10,7 @@ from text2sim.agents import language
 from text2sim.agents.kind_words import kinds_in
 from text2sim.agents.page_selection import KINDS_BY_PAGE
 from text2sim.compiler.film_lights import STUDIOS
+from text2sim.spec_schema.models.bodies import Body
 from text2sim.spec_schema.models.events import Event
 from text2sim.spec_schema.models.measures import Measure
 from text2sim.spec_schema.models.repeat import Repeat
@@ -61,6 +63,12 @@ def test_all_kinds_with_a_region_of_space_require_its_page() -> None:
     regions = {kind: field.annotation for kind, model in kinds.items() if (field := model.model_fields.get("region"))}
     with_region = {kind for kind, taken in regions.items() if {taken, *get_args(taken)} & {Region, get_args(Region)[0]}}
     assert KINDS_BY_PAGE["Regions of space"] ^ with_region == set(), "missing there, or gone from the language"
+
+
+@pytest.mark.parametrize("kind", sorted(section_kinds(Body)))
+def test_the_planner_hears_that_every_kind_of_body_runs(kind: str) -> None:
+    prompt = Path(language.__file__).parent / "prompts/plan.md.j2"
+    assert f"`{kind}`" in prompt.read_text("utf-8").partition("What runs here:")[2], "it lists what runs"
 
 
 def test_where_the_sun_of_a_lighting_stands_is_said_as_it_is() -> None:

@@ -23,7 +23,7 @@ from text2sim.spec_schema.names.selectors import body_of, parse_selector
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
-    from text2sim.evidence.events import Occurrence
+    from text2sim.evidence.contact_events import Occurrence
     from text2sim.evidence.recorded_case import RecordedCase
     from text2sim.evidence.selection import RecordedTarget
     from text2sim.spec_schema.loaded import LoadedCase

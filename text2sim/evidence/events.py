@@ -3,18 +3,17 @@
 Contact events have the resolution of a time step; the others are interpolated between frames.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from text2sim.evidence import bonds
-from text2sim.evidence.contacts import Episodes, choose
+from text2sim.evidence.contact_events import EventError, Occurrence, find_contacts, find_separations
 from text2sim.evidence.measures import Series
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.selection import RecordedTarget, SelectionError
-from text2sim.evidence.soft_events import soft_episodes
 from text2sim.recording.geometry import depth_inside
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models import events
@@ -22,9 +21,6 @@ from text2sim.spec_schema.models.controls import Attach, Release, Remove
 
 LIMIT_TOUCH, LIMIT_LEAVE = 0.002, 0.02
 """Parts of a joint's range: nearer than the first to a limit, it has arrived; farther than the second, it has left."""
-
-Occurrence = dict[str, Any]
-"""One time of an event: name, kind, time [s], and what is known about it."""
 
 
 @dataclass
@@ -46,10 +42,6 @@ class EventLog:
     def sorted(self) -> list[Occurrence]:
         """Return all occurrences by time, then name."""
         return sorted((o for rows in self.occurrences.values() for o in rows), key=_order)
-
-
-class EventError(ValueError):
-    """Error: an event cannot be detected in this recording."""
 
 
 def find_events(recording: RecordedCase, series: Mapping[str, Series]) -> EventLog:
@@ -137,97 +129,6 @@ def _how_near(recording: RecordedCase, series: Mapping[str, Series], event: even
 
 def _order(row: Occurrence) -> tuple[Any, ...]:
     return row["time"], row["name"] or "", row.get("between", []), row.get("of", "")
-
-
-# --- from contacts -----------------------------------------------------------------
-
-
-def episode_rows(
-    episodes: Episodes, first: Sequence[RecordedTarget], second: Sequence[RecordedTarget]
-) -> list[Occurrence]:
-    """Return touches as occurrences. `impulse` is what the first of `between` received from the second [N s].
-
-    Args:
-        episodes: The touches.
-        first: Targets on one side, in the order of `Episodes.pair`.
-        second: Targets on the other side.
-    """
-    plain = {column.name: getattr(episodes, column.name).tolist() for column in fields(episodes)}
-    return [
-        {
-            "time": plain["start"][i],
-            "end": plain["end"][i],
-            "ongoing": plain["ongoing"][i],
-            "between": [first[a].label, second[b].label],
-            "pos": plain["pos"][i],
-            "impulse": plain["impulse"][i],
-            "normal_impulse": plain["normal_impulse"][i],
-            "impact_impulse": plain["impact_impulse"][i],
-            "peak_force": plain["peak_force"][i],
-            "penetration": plain["depth"][i],
-        }
-        for i, (a, b) in enumerate(plain["pair"])
-    ]
-
-
-def _episodes(
-    recording: RecordedCase, between: tuple[str, str]
-) -> tuple[Episodes, list[RecordedTarget], list[RecordedTarget]]:
-    if not recording.contacts.recorded:
-        raise EventError(recording.contacts.why_not)
-    names = recording.names
-    first = names.select_touching(between[0])
-    second = first if between[0] == between[1] else names.select_touching(between[1])
-    groups = names.groups(first)
-    touches = recording.contacts.between(groups, groups if second is first else names.groups(second))
-    return recording.contacts.episodes(touches), first, second
-
-
-def _soft_rows(recording: RecordedCase, between: tuple[str, str]) -> list[Occurrence] | None:
-    """Return the touches of two selectors if one selects deformable bodies; None if neither does."""
-    first, second = (recording.names.select_touching(selector) for selector in between)
-    if all(target.soft is None for target in (*first, *second)):
-        return None
-    return soft_episodes(recording, first, second)
-
-
-def _contact(recording: RecordedCase, series: Any, event: events.ContactEvent, since: float) -> list[Occurrence]:
-    """Touches begin.
-
-    A touch counts if it transfers `min_impulse` within its first 50 ms; over a longer time,
-    even a feather at rest would reach any impulse.
-    """
-    rows = _soft_rows(recording, event.between)
-    if rows is not None:
-        if event.min_impulse > 0:
-            raise EventError("the engine reports no forces on deformable bodies: `min_impulse` cannot be judged")
-        return rows
-    episodes, first, second = _episodes(recording, event.between)
-    return episode_rows(choose(episodes, episodes.impact_impulse >= event.min_impulse), first, second)
-
-
-def _separation(recording: RecordedCase, series: Any, event: events.SeparationEvent, since: float) -> list[Occurrence]:
-    """Touches end and do not resume for a while; undecided near the end of the run."""
-    rows = _soft_rows(recording, event.between)
-    if rows is not None:
-        return _lasting(rows, recording.states.end, event.for_)
-    episodes, first, second = _episodes(recording, event.between)
-    until = np.append(episodes.start[1:], recording.states.end)
-    last = np.append((episodes.pair[1:] != episodes.pair[:-1]).any(axis=1), True)
-    until = np.where(last[: len(episodes.end)], recording.states.end, until[: len(episodes.end)])
-    over = (until - episodes.end >= event.for_ - 1e-9) & ~episodes.ongoing.astype(bool)
-    rows = episode_rows(choose(episodes, over), first, second)
-    return [{"time": r["end"], "between": r["between"], "touched_since": r["time"]} for r in rows]
-
-
-def _lasting(rows: list[Occurrence], end: float, span: float) -> list[Occurrence]:
-    """Return the ends of touches after which there is no other touch of the pair for a span [s]."""
-    found = []
-    for row in rows:
-        later = [other["time"] for other in rows if other["between"] == row["between"] and other["time"] > row["time"]]
-        if not row["ongoing"] and min(later, default=end) - row["end"] >= span - 1e-9:
-            found.append({"time": row["end"], "between": row["between"], "touched_since": row["time"]})
-    return found
 
 
 # --- from frames -------------------------------------------------------------------
@@ -383,8 +284,8 @@ def _removed(recording: RecordedCase, event: events.RemovedEvent) -> list[Occurr
 
 
 _FINDERS: dict[str, Callable[[RecordedCase, Mapping[str, Series], Any, float], list[Occurrence]]] = {
-    "contact": _contact,
-    "separation": _separation,
+    "contact": find_contacts,
+    "separation": find_separations,
     "threshold": _threshold,
     "rest": _find_rest,
     "left_domain": _left_domain,

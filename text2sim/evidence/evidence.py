@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from text2sim.evidence import bonds, diagnostics
+from text2sim.evidence.contact_events import Occurrence, episode_rows
 from text2sim.evidence.contacts import choose
 from text2sim.evidence.deep_contacts import deepest_contact
-from text2sim.evidence.events import EventLog, Occurrence, episode_rows, find_events
+from text2sim.evidence.events import EventLog, find_events
 from text2sim.evidence.expectations import Ending, Finding, judge_expectations
 from text2sim.evidence.gone_through import gone_through
 from text2sim.evidence.measures import Series, evaluate
