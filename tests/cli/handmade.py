@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import typer
 
+from text2sim.cli.main import make_app
 from text2sim.compiler.build import compile_case
 from text2sim.harness.run import run_case
 from text2sim.spec_schema.changes.edit import edit_text
@@ -47,6 +49,13 @@ if "--film-only" not in sys.argv:
 if "--no-film" not in sys.argv:
     (OUT / "video.mp4").write_bytes(b"film")
 """
+
+
+def subcommands() -> list[str]:
+    """Return the commands of groups in words, such as `cards show`, without hidden ones."""
+    groups = typer.main.get_command(make_app()).commands  # type: ignore[attr-defined]
+    parts = {name: getattr(group, "commands", {}) for name, group in groups.items()}
+    return [f"{name} {part}" for name, rows in parts.items() for part, row in rows.items() if not row.hidden]
 
 
 @dataclass(frozen=True)

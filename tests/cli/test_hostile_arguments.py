@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
-from handmade import Cli
+from handmade import Cli, subcommands
 
 from text2sim.cli.main import COMMANDS
 from text2sim.service import exits
@@ -22,6 +22,14 @@ CALLS = (
     "run cases/fall --runs file --sweep X",
     "test X --runs file",
     "test cases/fall --runs file --set bodies.X=1",
+    "cards list X",
+    "cards show X",
+    "cards find brick --role X",
+    "cards find brick --mode X",
+    "cards ledger nowhere/X",
+    "cards ledger folder --runs nowhere/X",
+    "--X",
+    "check --X",
     "cards verify X",
     "cards distill X --model X",
     "cards distill --suite X --model mailbox:x --out X",
@@ -76,8 +84,11 @@ RAW = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\u202a-\u202e\u2066-\u2
 
 
 def test_every_command_is_called_or_set_apart() -> None:
-    named = {call.split()[0] for call in CALLS} - {"X"} | APART
+    called = {" ".join(call.split()[:2]) for call in CALLS}
+    named = {call.split()[0] for call in called} - {"X", "--X"} | APART
     assert named ^ set(COMMANDS) == set(), "each command belongs into CALLS or APART"
+    missing = {words for words in subcommands() if words.split()[0] not in APART} - called
+    assert missing == set(), "each subcommand belongs into CALLS"
 
 
 @pytest.mark.parametrize("words", CALLS)

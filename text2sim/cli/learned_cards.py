@@ -11,6 +11,7 @@ from text2sim.cli.evaluate import MethodOptions
 from text2sim.cli.options import AsJson, with_options
 from text2sim.cli.output import say, say_json
 from text2sim.runtime.stop import Stop
+from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import RunError, SpecError, Text2SimError
 
 if TYPE_CHECKING:
@@ -127,6 +128,9 @@ def show_ledger(
     from text2sim.card_library.library import BUILT_IN, load_library
     from text2sim.evaluation.ledger import count_offered_cards, read_ledger
 
+    for folder in (cards, *(runs or ())):
+        if not folder.is_dir():
+            raise RunError(f"{display_path(folder)}: there is no such folder")
     ledger = read_ledger(cards)
     loops, offered = count_offered_cards(runs or [])
     if as_json:

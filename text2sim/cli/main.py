@@ -3,14 +3,17 @@
 import gc
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from importlib import import_module
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from text2sim import __version__
 from text2sim.service import exits
+from text2sim.spec_schema.plain import plain
 
 COMMANDS = {
     "new": "new:new",
@@ -61,10 +64,36 @@ def _root(
     pass
 
 
+_UsageError: Any = typer.BadParameter.__mro__[1]
+"""What typer raises for arguments that do not fit; no version exports it by this name."""
+
+
+class _Commands(TyperGroup):
+    """Commands whose usage errors quote what was written without its control characters."""
+
+    def make_context(self, *args: Any, **options: Any) -> Any:
+        with _quoted_plainly():
+            return super().make_context(*args, **options)
+
+    def invoke(self, ctx: Any) -> Any:
+        with _quoted_plainly():
+            return super().invoke(ctx)
+
+
+@contextmanager
+def _quoted_plainly() -> Iterator[None]:
+    try:
+        yield
+    except _UsageError as error:
+        error.message = plain(error.message)
+        raise
+
+
 def make_app(names: Iterable[str] = COMMANDS) -> typer.Typer:
     """Return the command line with some of its commands; importing all takes a tenth of the time of `check`."""
     app = typer.Typer(
         name="text2sim",
+        cls=_Commands,
         help="A case in YAML becomes a Genesis program, a run, and evidence.",
         epilog="Exit codes: 0 ok; 1 expectations were not met; 2 the input is invalid; "
         "3 this machine cannot do it, or not now; 70 a bug of ours.",
