@@ -276,7 +276,10 @@ def test_the_weights_of_the_marks() -> None:
 
 @pytest.mark.usefixtures("untraced")
 def test_a_handsome_film_that_breaks_what_was_asked_for_does_not_win(make_run: MakeRun, tmp_path: Path) -> None:
-    plain, handsome = marks(70, 70, 70, 70), marks(74, 74, 74, 74).replace("better:", "broken: [4: cuts it off]\nbetter:")
+    plain, handsome = (
+        marks(70, 70, 70, 70),
+        marks(74, 74, 74, 74).replace("better:", "broken: [4: cuts it off]\nbetter:"),
+    )
     others = [light("golden_hour"), light("overcast"), light("studio")]
     replies = {"viewer": [plain, *[handsome] * 3], "render": others}
     studio = Studio(make_run, tmp_path, replies)
