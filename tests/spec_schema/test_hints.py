@@ -25,6 +25,9 @@ SLIPS = [
     ("  b:\n\u00a0   kind: rigid\n    shape: {kind: sphere, radius: 1}\n", (7, ""), "NO-BREAK SPACE"),
     ("  b: {kind:\u00a0rigid, shape: {kind: sphere, radius: 1}}\n", (6, ""), "NO-BREAK SPACE"),
     ("  b: {kind\uff1a rigid, shape: {kind: sphere, radius: 1}}\n", (6, ""), "FULLWIDTH COLON"),
+    (BODY + ", pose: {pos: [0, 0, \u22121]}}\n", (6, "/bodies/b/pose/pos/2"), "MINUS SIGN"),
+    (BODY + ", mount: {kind: hinge, axis: -y}}\n", (6, "/bodies/b/mount/axis"), "(got the text '-y'); write [0, -1, 0] ["),
+    ("  b: {kind: rigid, shape: {kind: sphere, radius: {{r}}}}\n", (6, ""), "expressions are ${…}"),
     ("  b: {kind: rigid, shape: [}\n", (6, ""), "a bracket is closed that was not opened"),
 ]  # fmt: skip
 
@@ -39,6 +42,11 @@ def test_a_slip_is_said_where_it_is(text, place, words):
 def test_a_key_with_a_letter_of_another_alphabet():
     with pytest.raises(SpecError, match="`\u0430` is CYRILLIC SMALL LETTER A"):
         load_text(HEAD + BODY.replace("radius", "r\u0430dius") + "}\n")
+
+
+def test_a_name_in_curly_quotes():
+    with pytest.raises(SpecError, match="`\u201c` is LEFT DOUBLE QUOTATION MARK"):
+        load_text((HEAD + BODY + "}\n").replace("name: a", "name: \u201ca\u201d"))
 
 
 def test_a_case_that_is_a_link_out_of_its_folder_is_not_read(tmp_path):

@@ -219,6 +219,8 @@ def test_angles_that_look_like_radians(tmp_path: Path, angle: str, wanted: bool)
     found = findings(tmp_path, "looks-like-radians", data)
     assert bool(found) == wanted
     assert all(problem.path == "/bodies/plank/pose/euler_deg" for problem in found)
+    # The advice is what is typed: `90 deg` would be text.
+    assert angle != "1.57" or found[0].message.endswith("; write 90")
 
 
 @pytest.mark.parametrize(

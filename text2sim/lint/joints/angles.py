@@ -52,7 +52,7 @@ def _radians(facts: Facts) -> Iterator[Problem]:
             if found:
                 text = (
                     f"`{where[-1]}` is in degrees, and {found[0]:g} looks like radians; write "
-                    f"{float(f'{degrees(found[0]):.3g}'):g} deg"
+                    f"{float(f'{degrees(found[0]):.3g}'):g}"
                 )
                 yield facts.problem("looks-like-radians", where, text)
 

@@ -205,7 +205,7 @@ class _Composer:
                 mark = event.start_mark
                 node = Node(mark.line + 1, mark.column + 1)
                 if frames and keys[-1] is _KEY:
-                    raise self._fatal(mark, "a key must be a word, not a collection", "key")
+                    raise self._fatal(mark, "a key must be a word, not a collection; expressions are ${…}", "key")
                 self._refuse(event)
                 mapping = isinstance(event, yaml.MappingStartEvent)
                 value = {} if mapping else []

@@ -327,6 +327,9 @@ def _no_alternative(place: _Place) -> _Finding:
     numbers = [member for member in place.slot.members if member.structure == "number"]
     advice = _advice(place.data, numbers[0]) if numbers else ""
     message = f"needs {describe(place.slot)} (got {_given(place.data, place.slot)}){advice}"
+    if "z" in words and place.data in ("-x", "-y", "-z"):  # the nearest word is the opposite
+        back = [-1 if word == place.data[1] else 0 for word in "xyz"]
+        return _Finding(place.path, f"{message}; write {back}", "type")
     return _Finding(place.path, message, "type", nearest(place.data, words))
 
 
@@ -358,12 +361,14 @@ def _advice(data: Any, slot: LanguageSlot) -> str:
     if text.startswith("$"):
         return "; write an expression as ${…}"
     words = text.split()
-    return "; put commas between numbers" if len(words) > 1 and all(map(_NUMBER.fullmatch, words)) else ""
+    several = len(words) > 1 and all(map(_NUMBER.fullmatch, words))
+    return "; put commas between numbers" if several else _non_ascii(text)
 
 
 def _bad_text(place: _Place) -> _Finding:
     noun = noun_of(place.slot)
-    return _Finding(place.path, f"{_quoted(place.data)} is not {noun.singular}: {noun.form}", "form")
+    message = f"{_quoted(place.data)} is not {noun.singular}: {noun.form}"
+    return _Finding(place.path, message + _non_ascii(place.data), "form")
 
 
 def _bad_name(place: _Place) -> _Finding:
