@@ -164,6 +164,18 @@ def test_files_of_runs_have_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert read_file(Path("."), 10) is None
 
 
+def test_a_run_is_named_by_the_folder_of_its_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # a workspace changes the folder; this returns to the one before
+    for file in ("cases/tiny/case.yaml", "runs/tiny-0123456789/run.json"):
+        (tmp_path / file).parent.mkdir(parents=True)
+        (tmp_path / file).write_text("{}")
+    workspace = Workspace(tmp_path)
+    for name in ("tiny", "cases/tiny", "cases/tiny/case.yaml", "runs/tiny-0123456789"):
+        assert workspace.run_folder(name) == Path("runs/tiny-0123456789")
+    with pytest.raises(RunError, match="neither a run, such as .* nor a case"):
+        workspace.run_folder("cases/tyni")
+
+
 def test_run_folders_are_only_read(agent: Agent) -> None:
     run = agent.root / "runs" / "tiny-0123456789"
     run.mkdir(parents=True)

@@ -62,8 +62,8 @@ def language(topic: str, offset: int) -> ToolAnswer:
     if (prefab := _prefab(words)) is not None:
         return ToolAnswer({"prefab": words}, prefab)
     known = [*(page.name for page in _pages()), *(rule.id for rule in RULES), *_prefab_names()]
-    message = f"there is no page, rule or prefab `{words[:80]}`{did_you_mean(words, known)}"
-    return refusal(f"{message}; without a topic, the pages are listed")
+    message = f"there is no page, rule or prefab `{words[:80]}`; without a topic, the pages are listed"
+    return refusal(message + did_you_mean(words, known))
 
 
 def _index() -> ToolAnswer:

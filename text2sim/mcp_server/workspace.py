@@ -85,7 +85,7 @@ class Workspace:
         return RUNS
 
     def run_folder(self, name: str) -> Path:
-        """Return a run folder by its name, or the newest run folder of a case.
+        """Return a run folder by its name, or the newest run folder of a case, which is named as in `case_file`.
 
         Raises:
             RunError: if there is none.
@@ -93,8 +93,10 @@ class Workspace:
         parts = _parts(name)
         if len(parts) == 2 and parts[0] == RUNS.name:
             parts = parts[1:]
+        elif len(parts) > 1 and (case := self.case_folder(name) / CASE_FILE).is_file():
+            parts = [case.parent.name]
         if len(parts) != 1:
-            raise RunError(f"`{name}` is not the name of a run, such as bounce-1a2b3c4d5e, a folder in {RUNS}")
+            raise RunError(f"`{name}` is neither a run, such as bounce-1a2b3c4d5e, a folder in {RUNS}, nor a case")
         folder = self.runs() / parts[0]
         if not folder.is_dir():
             folder = self._newest(parts[0])
