@@ -24,6 +24,8 @@ def problems(body: str) -> str:
         ("    physics: {params.speed: {uniform: [1, 2], choice: [3]}}\n", "has one of the keys uniform"),
         ("    physics: {params.speed: {integer: [3, 1]}}\n", "must not be smaller than the first"),
         ("    physics: {bodies.ball.look.color: {choice: [red]}}\n", "changes the film: draw it under `looks`"),
+        ("    physics: {render.lights.sun.strength: {choice: [2]}}\n", "changes the film: draw it under `lights`"),
+        ("    physics: {render.fps: {choice: [12]}}\n", "changes the film, and cannot be drawn"),
         (
             "    looks: {params.speed: {uniform: [1, 2]}}\n",
             "r.yaml:6:13: error: `params.speed` does not belong to looks",

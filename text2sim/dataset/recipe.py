@@ -209,7 +209,10 @@ def in_section(path: Path, group: str) -> str | None:
     steps = [str(step) for step in path]
     film = steps[0] == "render"
     if group == "physics":
-        return "changes the film: draw it under `looks`, `lights` or `cameras`" if film or "look" in steps else None
+        if not film and "look" not in steps:
+            return None
+        takers = [other for other in ("looks", "lights", "cameras") if in_section(path, other) is None]
+        return f"changes the film: draw it under `{takers[0]}`" if takers else "changes the film, and cannot be drawn"
     inner = steps[1] if film and len(steps) > 1 else ""
     if group == "looks":
         ok, wanted = "look" in steps or inner in LOOKS, f"a `look`, or render.{', render.'.join(LOOKS)}"
