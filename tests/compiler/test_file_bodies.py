@@ -193,6 +193,7 @@ class TestNames:
             ("joints: {shoulde: {damping: 1}}", 8, "unknown-joint", "shoulder", "no joint `shoulde`; there are shoulder"),
             ("initial: {sholder: 1}", 8, "unknown-joint", "shoulder", "there is no joint `sholder`"),
             ("initial: {shoulder: 3}", 8, "range", None, "171.89 deg is not from -57.2958 to 114.592"),
+            ("initial: {shoulder: 45}", 8, "range", None, "it is in radians: 45 deg is ${radians(45)}"),
             ("material: {mass: 3}", 8, "file-decides", None, "the masses are those of the file"),
             ("material: {density: 300}", 8, "file-decides", None, "the masses are those of the file"),
             ("self_collision: true", 8, "file-decides", None, "the file decides which of its links touch"),

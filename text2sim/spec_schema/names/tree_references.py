@@ -1,7 +1,7 @@
 """Checks of the links, loops, joints and start positions of articulated bodies."""
 
 from collections.abc import Mapping
-from math import degrees
+from math import degrees, pi
 from typing import Any
 
 from text2sim.spec_schema.errors import nearest, there_are
@@ -154,6 +154,8 @@ def _check_range(table: NameTable, where: Path, joint: HingeMount | SliderMount,
         limits, start, unit = joint.range, value, "m"
     if limits is not None and not limits[0] <= start <= limits[1]:
         message = f"starts outside its range: {start:.5g} {unit} is not from {limits[0]:g} to {limits[1]:g}"
+        if unit == "deg" and abs(value) > 2 * pi and limits[0] <= value <= limits[1]:
+            message += f"; it is in radians: {value:g} deg is ${{radians({value:g})}}"
         table.report(where, message, "range")
 
 
