@@ -36,7 +36,7 @@ def test_the_tip_is_where_it_is_told_to_be():
     """The elbow's angle follows from the law of cosines: 0.5^2 = 0.4^2 + 0.3^2 at a right angle."""
     found = resolved("[[1.3, 2.3, 0.8], [1.0, 1.5, 0.7]]")
     tree = found.lowering.trees["arm"]
-    ends = {joint: rows[-1][2].to for (_, joint), rows in found.rows.targets.items()}
+    ends = {joint: rows[-1][2].to for (_, joint), rows in found.rows.joints.targets.items()}
     assert abs(ends["lower"]) == pytest.approx(math.pi / 2, abs=0.005)
     tree.initial.update(ends)
     (tip,) = [one for one in tree_links(tree, (1, 2, 0.5)) if one.link.name == "lower"]
@@ -49,7 +49,7 @@ def test_the_tip_is_where_it_is_told_to_be():
 def test_how_it_is_turned_is_part_of_it():
     """Straight up at the height of 1.4 m less the bend of both joints: only one way is left, turned by 30 deg."""
     found = resolved("[[1.0, 2.0, 1.4], [1.0, 2.0, 1.4]]", ", euler_deg: [[0, 0, 0], [0, 0, 30]]")
-    ends = {joint: rows[-1][2].to for (_, joint), rows in found.rows.targets.items()}
+    ends = {joint: rows[-1][2].to for (_, joint), rows in found.rows.joints.targets.items()}
     assert ends["turret"] == pytest.approx(math.radians(30), abs=0.01)
     assert abs(ends["upper"]) + abs(ends["lower"]) < 0.05
 

@@ -1,9 +1,19 @@
 """Rows of the program's actions: what controls, drives and prescribed motions become."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from text2sim.compiler.literal import Code
 from text2sim.compiler.shapes.rotation import Quaternion, Vec
+
+
+class Origin(NamedTuple):
+    """Where a row comes from: its last two fields."""
+
+    line: int
+    """Of the case, which stands in the program."""
+    control: str
+    """Name of the control."""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import KDTree
 from shapely import MultiPoint
 
-from text2sim.compiler.action_rows import FaceBond
+from text2sim.compiler.action_rows import FaceBond, Origin
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.geometry import pieces, volume
 from text2sim.compiler.shapes.piece import Piece
@@ -47,15 +47,14 @@ class Face(NamedTuple):
     """Their mean [m], shape (3,)."""
 
 
-def face_bonds(control: Bond, copies: Sequence[Copy], folder: Path, line: int, name: str) -> list[FaceBond]:
+def face_bonds(control: Bond, copies: Sequence[Copy], folder: Path, origin: Origin) -> list[FaceBond]:
     """Return the bonds among copies that touch, in their order.
 
     Args:
         control: What bonds them.
         copies: The bodies, each once.
         folder: Folder of the case.
-        line: Line of the control in the case.
-        name: Name of the control.
+        origin: The control.
     """
     # By volume, so that a slender rod is bonded at its ends, too.
     least = [MIN_SHARED * _volume(copy, folder) ** (2 / 3) for copy in copies]
@@ -74,7 +73,7 @@ def face_bonds(control: Bond, copies: Sequence[Copy], folder: Path, line: int, n
         center, normal = areas @ centers / area, normal / max(float(np.linalg.norm(normal)), 1e-12)
         shear = control.strength if control.shear_strength is None else control.shear_strength
         a, b = copies[i].name, copies[j].name
-        found.append(FaceBond(a, b, _vec(center), _vec(normal), float(area), control.strength, shear, line, name))
+        found.append(FaceBond(a, b, _vec(center), _vec(normal), float(area), control.strength, shear, *origin))
     return found
 
 

@@ -3,8 +3,9 @@
 Those of deformable bodies are lowered in `soft/controls.py`.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from text2sim.compiler.action_rows import Airflow as AirflowRow
 from text2sim.compiler.action_rows import (
@@ -12,7 +13,7 @@ from text2sim.compiler.action_rows import (
     Field,
     Hold,
     JointDrive,
-    LaterDrive,
+    Origin,
     Prescribed,
     Push,
     Removal,
@@ -21,7 +22,7 @@ from text2sim.compiler.action_rows import (
     Wrench,
 )
 from text2sim.compiler.action_rows import Spring as SpringRow
-from text2sim.compiler.drives import DriveTarget, DriveTargets, add_drive, joint_drives, joints_named
+from text2sim.compiler.drives import JointTargets, joints_named
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.place_error import ReachError
 from text2sim.compiler.placing.placement import Copy
@@ -68,6 +69,7 @@ from text2sim.spec_schema.names.selectors import body_of, parse_selector
 
 MAX_BONDS = 3000
 """Most bonds of a scene: the engine solves six rows for each, over all degrees of freedom."""
+Joining = TypeVar("Joining", Attach, Spring)
 
 
 @dataclass
@@ -85,12 +87,8 @@ class ControlRows:
     pushes: list[Push] = field(default_factory=list)
     airflows: list[AirflowRow] = field(default_factory=list)
     fields: list[Field] = field(default_factory=list)
-    targets: DriveTargets = field(default_factory=dict)
-    """What `drives` are made of, by copy and joint, in the order of the case."""
-    later: dict[tuple[str, str], list[LaterDrive]] = field(default_factory=dict)
-    """What begins at events, likewise."""
-    later_targets: DriveTargets = field(default_factory=dict)
-    """Targets of `later`; their times count from the event, which may come at any time."""
+    joints: JointTargets = field(default_factory=JointTargets)
+    """What `drives` are made of."""
     problems: list[Problem] = field(default_factory=list)
     """Empty regions, targets out of reach, and what a solver cannot do."""
 
@@ -114,176 +112,168 @@ def lower_controls(
         held: Joints whose actuators have a stiffness, by copy.
     """
     rows = ControlRows(problems=check_soft_controls(loaded))
+    lowering = _Lowering(loaded, copies, points, soft, held, rows)
     for name, control in loaded.case.actions.controls.items():
-        pointer = ("actions", "controls", name)
-        line = loaded.line(pointer)
-        if isinstance(control, ANY_FIELD):
-            rows.fields.append(lower_field(control, line, name))
-            continue
-        if isinstance(control, Release):
-            attach = loaded.case.actions.controls[control.attach]
-            assert isinstance(attach, Attach)
-            if not is_soft(copies[body_of(attach.body)][0].model):
-                rows.welds += [_weld(a, b, attach, control, line, name, points) for a, b in _pairs(attach, copies)]
-            continue
-        if isinstance(control, Spring):
-            _springs(loaded, control, copies, rows, name, points)
-            continue
-        if isinstance(control, Bond):
-            _bond(loaded, control, copies, rows, name)
-            continue
-        if isinstance(control, Airflow):
-            _airflow(loaded, control, copies, rows, name)
-            continue
-        chosen, part = select(control.joint if isinstance(control, Drive) else control.body, copies)
-        varies = loaded.varies(pointer)
-        try:
-            if isinstance(control, Attach) and soft is not None and is_soft(chosen[0].model):
-                ends = ends_of(loaded, name)
-                rows.holds += [soft.hold(copy, to, ends, line, name) for copy, to in held_copies(loaded, name, copies)]
-                continue
-            for copy in chosen:
-                own = loaded.control_copy(name, copy.variables) if varies else control
-                if isinstance(own, Force | Impulse) and soft is not None and is_soft(copy.model):
-                    rows.pushes.append(soft.push(copy, own, line, name))
-                elif isinstance(own, Reach):
-                    _reach(own, copy, part or "", points, held.get(copy.name, ()), rows, line, name)
-                else:
-                    _lower(own, copy, part, copies, rows, line, name, points)
-        except RegionError as error:
-            key = next((key for key in ("region", "point") if getattr(control, key, None) is not None), "body")
-            rows.problems.append(loaded.problem((*pointer, key), f"`{chosen[0].body}`: {error}", rule="empty-region"))
-        except ReachError as error:
-            where = (*pointer, error.key) if error.index is None else (*pointer, error.key, error.index)
-            rows.problems.append(loaded.problem(where, str(error), rule="out-of-reach"))
-    rows.drives += joint_drives(rows.targets, rows.later, initial)
+        lowering.add(control, Origin(loaded.line(("actions", "controls", name)), name))
+    rows.drives += rows.joints.drives(initial)
     rows.welds.sort(key=lambda weld: (weld.at, weld.on))
     rows.problems += _held_twice(loaded, rows)
     return rows
 
 
-def _airflow(loaded: LoadedCase, control: Airflow, copies: dict[str, list[Copy]], rows: ControlRows, name: str) -> None:
-    pointer = ("actions", "controls", name)
-    acting = {row.entity: row.control for row in rows.airflows}
-    for copy in select_all(control.body, copies):
-        if copy.name in acting:
-            text = f"`{acting[copy.name]}` already acts on `{copy.name}`; change it by its `scale`"
-            rows.problems.append(loaded.problem((*pointer, "body"), text, rule="second-airflow"))
-        own = loaded.control_copy(name, copy.variables)
-        assert isinstance(own, Airflow)
-        rows.airflows.append(lower_airflow(copy, own, loaded.case.scene.duration, loaded.line(pointer), name))
+@dataclass(frozen=True)
+class _Lowering:
+    """Adds controls to rows; see `lower_controls`."""
 
+    loaded: LoadedCase
+    copies: dict[str, list[Copy]]
+    points: BodyPoints
+    soft: SoftControls | None
+    held: Mapping[str, Collection[str]]
+    rows: ControlRows
 
-def _bond(loaded: LoadedCase, control: Bond, copies: dict[str, list[Copy]], rows: ControlRows, name: str) -> None:
-    from text2sim.compiler.bonds import face_bonds  # arrays, which few cases need
+    def add(self, control: Control, origin: Origin) -> None:
+        """Add the rows of a control, or what is wrong with it."""
+        if isinstance(control, ANY_FIELD):
+            self.rows.fields.append(lower_field(control, origin))
+        elif isinstance(control, Release):
+            attach = self.loaded.case.actions.controls[control.attach]
+            assert isinstance(attach, Attach)
+            if not is_soft(self.copies[body_of(attach.body)][0].model):
+                self.rows.welds += [self._weld(a, b, attach, control, origin) for a, b in _pairs(attach, self.copies)]
+        elif isinstance(control, Spring):
+            self._springs(control, origin)
+        elif isinstance(control, Bond):
+            self._bond(control, origin)
+        elif isinstance(control, Airflow):
+            self._airflow(control, origin)
+        else:
+            chosen, part = select(control.joint if isinstance(control, Drive) else control.body, self.copies)
+            try:
+                self._act(control, chosen, part, origin)
+            except RegionError as error:
+                key = next((key for key in ("region", "point") if getattr(control, key, None) is not None), "body")
+                self._report(origin, (key,), f"`{chosen[0].body}`: {error}", "empty-region")
+            except ReachError as error:
+                self._report(origin, error.where, str(error), "out-of-reach")
 
-    pointer = ("actions", "controls", name)
-    bonds = face_bonds(control, select_all(control.of, copies), loaded.folder, loaded.line(pointer), name)
-    taken = {frozenset((bond.a, bond.b)) for bond in rows.bonds}
-    twice = next((bond for bond in bonds if frozenset((bond.a, bond.b)) in taken), None)
-    if not bonds:
-        text = f"no two of these bodies share a flat face within {control.gap:g} m (`gap`), so that nothing is bonded"
-        rows.problems.append(loaded.problem((*pointer, "of"), text, rule="no-bond"))
-    elif twice is not None:
-        text = f"`{twice.a}` and `{twice.b}` are bonded already"
-        rows.problems.append(loaded.problem((*pointer, "of"), text, rule="no-bond"))
-    rows.bonds += bonds
-    if len(rows.bonds) > MAX_BONDS:
-        text = f"with this, the scene has {len(rows.bonds):,} bonds, and the engine can solve some {MAX_BONDS:,}"
-        rows.problems.append(loaded.problem((*pointer, "of"), text, rule="too-many"))
+    def _report(self, origin: Origin, where: tuple[str | int, ...], text: str, rule: str) -> None:
+        self.rows.problems.append(self.loaded.problem(("actions", "controls", origin.control, *where), text, rule=rule))
 
+    def _own_pairs(self, control: Joining, origin: Origin) -> Iterator[tuple[Joining, Copy, Copy]]:
+        """Yield the pairs that a control joins, each with the control as the first copy has it."""
+        if not self.loaded.varies(("actions", "controls", origin.control)):
+            yield from ((control, a, b) for a, b in _pairs(control, self.copies))
+            return
+        for copy in select(control.body, self.copies)[0]:
+            own = self.loaded.control_copy(origin.control, copy.variables)
+            assert isinstance(own, type(control))
+            yield from ((own, a, b) for a, b in _pairs(own, self.copies) if a is copy)
 
-def _springs(
-    loaded: LoadedCase,
-    control: Spring,
-    copies: dict[str, list[Copy]],
-    rows: ControlRows,
-    name: str,
-    points: BodyPoints,
-) -> None:
-    pointer = ("actions", "controls", name)
-    varies, line = loaded.varies(pointer), loaded.line(pointer)
-    chosen: list[Copy | None] = [*select(control.body, copies)[0]] if varies else [None]
-    for copy in chosen:
-        own = control if copy is None else loaded.control_copy(name, copy.variables)
-        assert isinstance(own, Spring)
-        for a, b in _pairs(own, copies):
-            if copy is not None and a is not copy:
-                continue
+    def _airflow(self, control: Airflow, origin: Origin) -> None:
+        acting = {row.entity: row.control for row in self.rows.airflows}
+        for copy in select_all(control.body, self.copies):
+            if copy.name in acting:
+                text = f"`{acting[copy.name]}` already acts on `{copy.name}`; change it by its `scale`"
+                self._report(origin, ("body",), text, "second-airflow")
+            own = self.loaded.control_copy(origin.control, copy.variables)
+            assert isinstance(own, Airflow)
+            self.rows.airflows.append(lower_airflow(copy, own, self.loaded.case.scene.duration, origin))
+
+    def _bond(self, control: Bond, origin: Origin) -> None:
+        from text2sim.compiler.bonds import face_bonds  # arrays, which few cases need
+
+        rows = self.rows
+        bonds = face_bonds(control, select_all(control.of, self.copies), self.loaded.folder, origin)
+        taken = {frozenset((bond.a, bond.b)) for bond in rows.bonds}
+        twice = next((bond for bond in bonds if frozenset((bond.a, bond.b)) in taken), None)
+        if not bonds:
+            within = f"within {control.gap:g} m (`gap`)"
+            text = f"no two of these bodies share a flat face {within}, so that nothing is bonded"
+            self._report(origin, ("of",), text, "no-bond")
+        elif twice is not None:
+            self._report(origin, ("of",), f"`{twice.a}` and `{twice.b}` are bonded already", "no-bond")
+        rows.bonds += bonds
+        if len(rows.bonds) > MAX_BONDS:
+            text = f"with this, the scene has {len(rows.bonds):,} bonds, and the engine can solve some {MAX_BONDS:,}"
+            self._report(origin, ("of",), text, "too-many")
+
+    def _springs(self, control: Spring, origin: Origin) -> None:
+        for own, a, b in self._own_pairs(control, origin):
             ends: list[tuple[str, str | None, Vec]] = []
             for one, selector, key in ((a, own.body, "point"), (b, own.to, "to_point")):
                 part = parse_selector(selector).part
                 try:
-                    ends.append((one.name, part, points.on_link(one, part, getattr(own, key)) or ORIGIN))
+                    ends.append((one.name, part, self.points.on_link(one, part, getattr(own, key)) or ORIGIN))
                 except RegionError as error:
-                    text = f"`{one.body}`: {error}"
-                    rows.problems.append(loaded.problem((*pointer, key), text, rule="empty-region"))
+                    self._report(origin, (key,), f"`{one.body}`: {error}", "empty-region")
                     return
             k, c, length, span = own.stiffness, own.damping, own.length, span_of(own.during, NEVER_REACHED)
-            rows.springs.append(SpringRow(*ends[0], *ends[1], k, c, length, own.form == "cord", *span, line, name))
+            self.rows.springs.append(SpringRow(*ends[0], *ends[1], k, c, length, own.form == "cord", *span, *origin))
 
+    def _act(self, control: Control, chosen: list[Copy], part: str | None, origin: Origin) -> None:
+        """Add the rows of a control that acts on copies one by one.
 
-def _reach(
-    control: Reach,
-    copy: Copy,
-    link: str,
-    points: BodyPoints,
-    held: Collection[str],
-    rows: ControlRows,
-    line: int,
-    name: str,
-) -> None:
-    from text2sim.compiler.inverse_kinematics import reach_targets  # arrays, which few cases need
+        Raises:
+            RegionError: if one of them does not reach into a region.
+            ReachError: if a target is out of reach.
+        """
+        loaded, rows, name = self.loaded, self.rows, origin.control
+        soft = self.soft if is_soft(chosen[0].model) else None
+        if isinstance(control, Attach):
+            if soft is None:
+                rows.welds += [self._weld(a, b, own, own, origin) for own, a, b in self._own_pairs(control, origin)]
+            else:
+                ends = ends_of(loaded, name)
+                rows.holds += [soft.hold(copy, to, ends, origin) for copy, to in held_copies(loaded, name, self.copies)]
+            return
+        for copy in chosen:
+            own = loaded.control_copy(name, copy.variables)
+            if isinstance(own, Force | Impulse) and soft is not None:
+                rows.pushes.append(soft.push(copy, own, origin))
+            elif isinstance(own, InitialVelocity):
+                linear = _linear_of_fragment(own, copy, self.copies[copy.body])
+                rows.velocities.append(StartVelocity(copy.name, linear, own.angular, *origin))
+            elif isinstance(own, Impulse | Force | Torque):
+                rows.wrenches.append(self._wrench(own, copy, part, origin))
+            elif isinstance(own, Remove):
+                rows.removals.append(Removal(copy.name, own.at, own.on, *origin))
+            elif isinstance(own, Drive):
+                rows.joints.add(own, copy, joints_named(copy, part, self.points.trees), origin)
+            elif isinstance(own, Reach):
+                self._reach(own, copy, part or "", origin)
 
-    begun: dict[str, DriveTarget] = {}
-    for (entity, joint), targets in rows.targets.items():
-        earlier = [target for target in targets if target[1] == "position" and target[0] <= control.start]
-        if entity == copy.name and earlier:
-            begun[joint] = max(earlier, key=lambda target: target[0])
-    before = {joint: value_at(target[2], control.start) for joint, target in begun.items()}
-    for joint, found in reach_targets(control, copy, link, points.trees[copy.name], held, before, line, name).items():
-        rows.targets.setdefault((copy.name, joint), []).extend(found)
+    def _reach(self, control: Reach, copy: Copy, link: str, origin: Origin) -> None:
+        from text2sim.compiler.inverse_kinematics import Arm, reach_targets  # arrays, which few cases need
 
+        before: dict[str, float] = {}
+        for (entity, joint), targets in self.rows.joints.targets.items():
+            earlier = [row for row in targets if row.mode == "position" and row.start <= control.start]
+            if entity == copy.name and earlier:
+                before[joint] = value_at(max(earlier, key=lambda row: row.start).schedule, control.start)
+        arm = Arm(copy, self.points.trees[copy.name], link)
+        for joint, found in reach_targets(control, arm, self.held.get(copy.name, ()), before, origin).items():
+            self.rows.joints.targets.setdefault((copy.name, joint), []).extend(found)
 
-def _lower(
-    control: Control,
-    copy: Copy,
-    part: str | None,
-    copies: dict[str, list[Copy]],
-    rows: ControlRows,
-    line: int,
-    name: str,
-    points: BodyPoints,
-) -> None:
-    if isinstance(control, InitialVelocity):
-        linear = _linear_of_fragment(control, copy, copies[copy.body])
-        rows.velocities.append(StartVelocity(copy.name, linear, control.angular, line, name))
-    elif isinstance(control, Impulse | Force | Torque):
-        rows.wrenches.append(_wrench(control, copy, part, line, name, points))
-    elif isinstance(control, Remove):
-        rows.removals.append(Removal(copy.name, control.at, control.on, line, name))
-    elif isinstance(control, Attach):
-        for a, b in _pairs(control, copies):
-            if a is copy:
-                rows.welds.append(_weld(a, b, control, control, line, name, points))
-    elif isinstance(control, Drive):
-        joints = joints_named(copy, part, points.trees)
-        add_drive(control, copy, joints, line, name, rows.targets, rows.later, rows.later_targets)
+    def _wrench(self, control: Impulse | Force | Torque, copy: Copy, part: str | None, origin: Origin) -> Wrench:
+        point = None if isinstance(control, Torque) else self.points.on_link(copy, part, control.point)
+        none = (0.0, 0.0, 0.0)
+        if isinstance(control, Impulse):
+            # An impulse is a force of one step: the program divides by its time step.
+            return Wrench(copy.name, part, control.at, control.at, control.impulse, none, None, False, point, *origin)
+        span = span_of(control.during, NEVER_REACHED)
+        force, torque = (control.force, none) if isinstance(control, Force) else (none, control.torque)
+        scale = scale_constructor(control.scale)
+        return Wrench(copy.name, part, *span, force, torque, scale, control.frame == "body", point, *origin)
 
-
-def _wrench(
-    control: Impulse | Force | Torque, copy: Copy, part: str | None, line: int, name: str, points: BodyPoints
-) -> Wrench:
-    point = None if isinstance(control, Torque) else points.on_link(copy, part, control.point)
-    none = (0.0, 0.0, 0.0)
-    if isinstance(control, Impulse):
-        # An impulse is a force of one step: the program divides by its time step.
-        return Wrench(copy.name, part, control.at, control.at, control.impulse, none, None, False, point, line, name)
-    start, end = span_of(control.during, NEVER_REACHED)
-    force, torque = (control.force, none) if isinstance(control, Force) else (none, control.torque)
-    scale = scale_constructor(control.scale)
-    local = control.frame == "body"
-    return Wrench(copy.name, part, start, end, force, torque, scale, local, point, line, name)
+    def _weld(self, a: Copy, b: Copy, attach: Attach, when: Attach | Release, origin: Origin) -> Weld:
+        event = when.on if isinstance(when, Release) else None
+        own, to = parse_selector(attach.body), parse_selector(attach.to)
+        part = to.part if to.body == b.body else None
+        at = NEVER_REACHED if when.at is None else when.at
+        pivot = self.points.on_link(a, own.part, attach.pivot) if when is attach else None
+        stiff = pivot is None and any(isinstance(copy.model, Beam) for copy in (a, b))
+        return Weld(at, when is attach, a.name, own.part, b.name, part, *origin, event, pivot, stiff)
 
 
 def _linear_of_fragment(control: InitialVelocity, copy: Copy, copies: list[Copy]) -> Vec:
@@ -319,16 +309,6 @@ def _pairs(attach: Attach | Spring, copies: dict[str, list[Copy]]) -> list[tuple
             f"{attach.kind} pairs copies one to one: {attach.body} has {len(a)} copies and {attach.to} has {len(b)}"
         )
     return list(zip(a, b, strict=True))
-
-
-def _weld(a: Copy, b: Copy, attach: Attach, when: Attach | Release, line: int, name: str, points: BodyPoints) -> Weld:
-    event = when.on if isinstance(when, Release) else None
-    own, to = parse_selector(attach.body), parse_selector(attach.to)
-    part = to.part if to.body == b.body else None
-    at = NEVER_REACHED if when.at is None else when.at
-    pivot = points.on_link(a, own.part, attach.pivot) if when is attach else None
-    stiff = pivot is None and any(isinstance(copy.model, Beam) for copy in (a, b))
-    return Weld(at, when is attach, a.name, own.part, b.name, part, line, name, event, pivot, stiff)
 
 
 def _held_twice(loaded: LoadedCase, rows: ControlRows) -> list[Problem]:

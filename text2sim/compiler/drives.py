@@ -1,8 +1,10 @@
 """Drives of joints: a timed drive takes over from the one before it, another when its event happens."""
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
-from text2sim.compiler.action_rows import DriveSegment, JointDrive, LaterDrive
+from text2sim.compiler.action_rows import DriveSegment, JointDrive, LaterDrive, Origin
 from text2sim.compiler.literal import Code
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.schedules import constructor, value_at
@@ -11,8 +13,19 @@ from text2sim.spec_schema.models.controls import Drive
 from text2sim.spec_schema.models.motion import Constant, Ramp, Schedule, start_of
 from text2sim.spec_schema.names.selectors import named_by
 
-DriveTarget = tuple[float, str, Schedule, int, str]
-"""A drive: its start [s], what it controls, its target, and the line and name of its control."""
+
+class DriveTarget(NamedTuple):
+    """What a control makes a joint follow from a time on."""
+
+    start: float
+    """[s]; 0 for one that begins at an event, which may come at any time."""
+    mode: str
+    """`position`, `velocity` or `force`."""
+    schedule: Schedule
+    line: int
+    control: str
+
+
 DriveTargets = dict[tuple[str, str], list[DriveTarget]]
 """Drives by copy and joint."""
 
@@ -30,78 +43,71 @@ def joints_named(copy: Copy, part: str | None, trees: Mapping[str, Tree]) -> lis
     return named_by(part, [name for name, joint in trees[copy.name].joints() if joint.kind in ("hinge", "slider")])
 
 
-def add_drive(
-    control: Drive,
-    copy: Copy,
-    joints: Iterable[str],
-    line: int,
-    name: str,
-    targets: DriveTargets,
-    later: dict[tuple[str, str], list[LaterDrive]],
-    later_targets: DriveTargets,
-) -> None:
-    """Add a drive of joints of one copy to the timed drives, or to those that wait for events.
-
-    Args:
-        control: The drive.
-        copy: Whose joints it drives.
-        joints: Their names.
-        line: Of the case, for the program.
-        name: Of the control.
-        targets: Timed drives; added to.
-        later: Drives that wait for events; added to.
-        later_targets: The targets of those; added to.
-    """
-    mode, schedule = next((m, s) for m in ("position", "velocity", "force") if (s := getattr(control, m)) is not None)
-    for joint in joints:
-        if control.on is None:
-            targets.setdefault((copy.name, joint), []).append((start_of(schedule), mode, schedule, line, name))
-        else:
-            row = LaterDrive(control.on, mode, constructor_after(schedule), line, name)
-            later.setdefault((copy.name, joint), []).append(row)
-            later_targets.setdefault((copy.name, joint), []).append((0.0, mode, schedule, line, name))
-
-
 def constructor_after(schedule: Schedule) -> Code:
     """Return source text: given the target so far, it makes the function of time for a schedule."""
     return Code(f"lambda before: {constructor(schedule, Code('before'))}")
 
 
-def joint_drives(
-    targets: DriveTargets, later: Mapping[tuple[str, str], list[LaterDrive]], initial: Mapping[str, Mapping[str, float]]
-) -> list[JointDrive]:
-    """Return the drives of every joint. Until its event, a joint that only an event drives is held or at rest.
+@dataclass
+class JointTargets:
+    """What controls make joints follow, by copy and joint, in the order of the case."""
 
-    Args:
-        targets: Timed drives.
-        later: Drives that wait for events, by copy and joint.
-        initial: Start positions [rad or m] by copy and joint.
-    """
-    for key, rows in later.items():
-        if key not in targets:
-            first = initial.get(key[0], {}).get(key[1], 0.0) if rows[0].mode == "position" else 0.0
-            hold = Constant(kind="constant", value=first)
-            targets[key] = [(0.0, rows[0].mode, hold, rows[0].line, rows[0].control)]
-    made = []
-    for (entity, joint), rows in targets.items():
-        first = initial.get(entity, {}).get(joint, 0.0)
-        if (entity, joint) not in later:
-            made.append(JointDrive(entity, joint, _chain(rows, first)))
-            continue
-        # Where a later timed drive starts from depends on events before it, so it waits for its time as they do.
-        timed = [
-            LaterDrive(start, mode, constructor_after(schedule), line, name)
-            for start, mode, schedule, line, name in rows
-            if start > 0.0
-        ]
-        begun: list[DriveTarget] = [row for row in rows if row[0] <= 0.0]
-        if not begun:
-            _, mode, _, line, name = min(rows, key=lambda row: row[0])
-            hold = Constant(kind="constant", value=first if mode == "position" else 0.0)
-            begun = [(0.0, mode, hold, line, name)]
-        waiting = (*sorted(timed, key=lambda row: row.when), *later[entity, joint])
-        made.append(JointDrive(entity, joint, _chain(begun, first), waiting))
-    return made
+    targets: DriveTargets = field(default_factory=dict)
+    """What begins at times."""
+    later: dict[tuple[str, str], list[LaterDrive]] = field(default_factory=dict)
+    """What begins at events."""
+    later_targets: DriveTargets = field(default_factory=dict)
+    """Targets of `later`."""
+
+    def add(self, control: Drive, copy: Copy, joints: Iterable[str], origin: Origin) -> None:
+        """Add a drive of joints of one copy."""
+        modes = ("position", "velocity", "force")
+        mode, schedule = next((m, s) for m in modes if (s := getattr(control, m)) is not None)
+        for joint in joints:
+            key = copy.name, joint
+            if control.on is None:
+                self.targets.setdefault(key, []).append(DriveTarget(start_of(schedule), mode, schedule, *origin))
+            else:
+                row = LaterDrive(control.on, mode, constructor_after(schedule), *origin)
+                self.later.setdefault(key, []).append(row)
+                self.later_targets.setdefault(key, []).append(DriveTarget(0.0, mode, schedule, *origin))
+
+    def all_of(self, entity: str, joint: str) -> list[DriveTarget]:
+        """Return all that a joint follows: first what begins at times, then what begins at events."""
+        key = entity, joint
+        return [*self.targets.get(key, ()), *self.later_targets.get(key, ())]
+
+    def drives(self, initial: Mapping[str, Mapping[str, float]]) -> list[JointDrive]:
+        """Return the drives of every joint. Until its event, a joint that only an event drives is held or at rest.
+
+        Args:
+            initial: Start positions [rad or m] by copy and joint.
+        """
+        for key, events in self.later.items():
+            if key not in self.targets:
+                begin = initial.get(key[0], {}).get(key[1], 0.0) if events[0].mode == "position" else 0.0
+                hold = Constant(kind="constant", value=begin)
+                self.targets[key] = [DriveTarget(0.0, events[0].mode, hold, events[0].line, events[0].control)]
+        made = []
+        for (entity, joint), rows in self.targets.items():
+            first = initial.get(entity, {}).get(joint, 0.0)
+            if (entity, joint) not in self.later:
+                made.append(JointDrive(entity, joint, _chain(rows, first)))
+                continue
+            # Where a later timed drive starts from depends on events before it, so it waits for its time as they do.
+            timed = [
+                LaterDrive(start, mode, constructor_after(schedule), line, name)
+                for start, mode, schedule, line, name in rows
+                if start > 0.0
+            ]
+            begun = [row for row in rows if row.start <= 0.0]
+            if not begun:
+                one = min(rows, key=lambda row: row.start)
+                hold = Constant(kind="constant", value=first if one.mode == "position" else 0.0)
+                begun = [one._replace(start=0.0, schedule=hold)]
+            waiting = (*sorted(timed, key=lambda row: row.when), *self.later[entity, joint])
+            made.append(JointDrive(entity, joint, _chain(begun, first), waiting))
+        return made
 
 
 def _chain(segments: list[DriveTarget], first: float) -> tuple[DriveSegment, ...]:
@@ -109,7 +115,7 @@ def _chain(segments: list[DriveTarget], first: float) -> tuple[DriveSegment, ...
 
     Until the first begins, the joint is held where it starts, or at rest, or pushed by nothing.
     """
-    segments = sorted(segments, key=lambda segment: segment[0])
+    segments = sorted(segments, key=lambda segment: segment.start)
     rows: list[DriveSegment] = []
     start, mode, schedule, line, name = segments[0]
     held = first if mode == "position" else 0.0

@@ -49,7 +49,7 @@ def grips(copies: Iterable[Copy], trees: Mapping[str, Tree], rows: ControlRows) 
     found = {copy.name: copy for copy in copies}
     if not any(isinstance(copy.model, Rigid) and copy.model.mount.kind == "free" for copy in found.values()):
         return
-    jaws = [jaw for key in {**rows.targets, **rows.later_targets} if (jaw := _jaw(*key, found, trees, rows))]
+    jaws = [jaw for key in rows.joints.targets if (jaw := _jaw(*key, found, trees, rows))]
     for a, b in combinations(jaws, 2):
         apart = a.copy != b.copy or not a.links & b.links
         if apart and a.closes_on(b) and b.closes_on(a):
@@ -69,9 +69,9 @@ def _jaw(name: str, joint: str, copies: Mapping[str, Copy], trees: Mapping[str, 
     if middle is None:
         return None
     ends = set()
-    for _, mode, schedule, *_ in (*rows.targets.get((name, joint), ()), *rows.later_targets.get((name, joint), ())):
-        for value in extremes(schedule):
-            ends.add(value if mode == "position" else start + FORCE_STEP * ((value > 0) - (value < 0)))
+    for target in rows.joints.all_of(name, joint):
+        for value in extremes(target.schedule):
+            ends.add(value if target.mode == "position" else start + FORCE_STEP * ((value > 0) - (value < 0)))
     goals = [_middle(copy, replace(tree, initial={**tree.initial, joint: end}), links) for end in ends - {start}]
     return Jaw(name, joint, links, middle, tuple(vector_minus(goal, middle) for goal in goals if goal is not None))
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from text2sim.compiler.action_rows import Origin
 from text2sim.compiler.drives import DriveTarget
 from text2sim.compiler.placing.place_error import ReachError
 from text2sim.compiler.placing.placement import Copy
@@ -48,7 +49,7 @@ class Arm:
     """
 
     def __init__(self, copy: Copy, tree: Tree, link: str):
-        self.copy = copy
+        self.copy, self.link = copy, link
         self.chain = _chain(tree.roots, link)
         joints = [row for part in self.chain for row in part.all_joints()]
         odd = next((name for name, joint in joints if joint.kind not in ("hinge", "slider")), None)
@@ -145,34 +146,23 @@ def _chain(roots: Iterable[TreeLink], name: str) -> list[TreeLink]:
 
 
 def reach_targets(
-    control: Reach,
-    copy: Copy,
-    link: str,
-    tree: Tree,
-    held: Collection[str],
-    before: Mapping[str, float],
-    line: int,
-    name: str,
+    control: Reach, arm: Arm, held: Collection[str], before: Mapping[str, float], origin: Origin
 ) -> dict[str, list[DriveTarget]]:
     """Return the targets of every joint between the world and a link, by joint.
 
     Args:
         control: What is to be reached.
-        copy: The body.
-        link: The link.
-        tree: The body's links.
+        arm: What is to reach it.
         held: Joints whose actuators have a stiffness.
         before: Where earlier position targets leave joints [rad or m].
-        line: Of the control.
-        name: Of the control.
+        origin: The control.
 
     Raises:
         ReachError: if a target is out of reach, or a joint has no motor that holds positions.
     """
-    arm = Arm(copy, tree, link)
     idle = next((joint for joint in arm.joints if joint not in held), None)
     if idle is not None:
-        message = f"`{copy.body}.{idle}` moves `{link}`, and has no actuator with a stiffness to hold it"
+        message = f"`{arm.copy.body}.{idle}` moves `{arm.link}`, and has no actuator with a stiffness to hold it"
         raise ReachError(message, "body")
     q = np.array([before.get(joint, start) for joint, start in zip(arm.joints, arm.start, strict=True)])
     outside = (q < arm.low) | (q > arm.high)
@@ -186,9 +176,9 @@ def reach_targets(
         if off > POSITION_TOLERANCE or askew > ROTATION_TOLERANCE:
             nearest = f"the nearest it comes is {off:.3g} m off"
             nearest += f" and {math.degrees(askew):.3g} deg askew" if quat is not None else ""
-            raise ReachError(f"`{copy.body}.{link}` cannot get there: {nearest}", "positions", k)
+            raise ReachError(f"`{arm.copy.body}.{arm.link}` cannot get there: {nearest}", "positions", k)
         for joint, value in zip(arm.joints, q.tolist(), strict=True):
             ramp = Ramp(kind="ramp", to=value, start=since, end=t, ease=control.ease)
-            found[joint].append((since, "position", ramp, line, name))
+            found[joint].append(DriveTarget(since, "position", ramp, *origin))
         since = t
     return found

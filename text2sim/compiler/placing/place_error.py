@@ -18,8 +18,8 @@ class PatternError(ValueError):
 
 
 class ReachError(ValueError):
-    """Joints that cannot do what is asked; `key` is the key of the control to blame, `index` the target."""
+    """Joints that cannot do what is asked; `where` is the path from their control to what is wrong."""
 
-    def __init__(self, message: str, key: str, index: int | None = None):
+    def __init__(self, message: str, *where: str | int) -> None:
         super().__init__(message)
-        self.key, self.index = key, index
+        self.where = where

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from text2sim.compiler.action_rows import Airflow as AirflowRow
-from text2sim.compiler.action_rows import Field, Hold, Push
+from text2sim.compiler.action_rows import Field, Hold, Origin, Push
 from text2sim.compiler.literal import Code
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.schedules import call_of, largest, scale_constructor
@@ -47,15 +47,14 @@ class SoftControls:
         assert solver is not None
         return region_finder(region, copy.shape, self.scales.spacing(copy.body, solver), solver, self.folder)
 
-    def hold(self, copy: Copy, held: "Held", until: list[float | str], line: int, name: str) -> Hold:
+    def hold(self, copy: Copy, held: "Held", until: list[float | str], origin: Origin) -> Hold:
         """Return the row for one copy that the world, or links of other copies, hold.
 
         Args:
             copy: What is held.
             held: What holds it, and how.
             until: Times [s] and events that end it.
-            line: Line of the case, for the program.
-            name: Name of the control.
+            origin: The control.
         """
         attach = held.attach
         return Hold(
@@ -69,28 +68,26 @@ class SoftControls:
             both_ways=solver_of(copy.model, self.scene) == "pbd" and bool(held.by) and all(map(_can_be_moved, held.by)),
             start=attach.at,
             until=tuple(until),
-            line=line,
-            control=name,
+            **origin._asdict(),
         )
 
-    def push(self, copy: Copy, control: Force | Impulse, line: int, name: str) -> Push:
+    def push(self, copy: Copy, control: Force | Impulse, origin: Origin) -> Push:
         """Return the row for a force or an impulse on one copy.
 
         Args:
             copy: What is pushed.
             control: The force or impulse.
-            line: Line of the case, for the program.
-            name: Name of the control.
+            origin: The control.
         """
         pose = (copy.pos, copy.quat)
         if isinstance(control, Impulse):
             assert not isinstance(control.point, tuple)
             region = self.finder(copy, control.point)
-            return Push(copy.name, pose, region, control.impulse, None, 0.0, control.at, control.at, line, name)
+            return Push(copy.name, pose, region, control.impulse, None, 0.0, control.at, control.at, *origin)
         start, end = span_of(control.during, NEVER_REACHED)
         scale = scale_constructor(control.scale)
         region = self.finder(copy, control.region)
-        return Push(copy.name, pose, region, control.force, scale, control.drag, start, end, line, name)
+        return Push(copy.name, pose, region, control.force, scale, control.drag, start, end, *origin)
 
 
 @dataclass(frozen=True)
@@ -126,10 +123,9 @@ def held_copies(loaded: LoadedCase, name: str, copies: dict[str, list[Copy]]) ->
     attach = loaded.case.actions.controls[name]
     assert isinstance(attach, Attach)
     chosen, _ = select(attach.body, copies)
-    varies = loaded.varies(("actions", "controls", name))
     found = []
     for index, copy in enumerate(chosen):
-        own = loaded.control_copy(name, copy.variables) if varies else attach
+        own = loaded.control_copy(name, copy.variables)
         assert isinstance(own, Attach)
         holders, part = ([], None) if own.to == WORLD and WORLD not in copies else select(own.to, copies)
         if own.to == attach.to and len(chosen) > 1 and len(holders) == len(chosen):
@@ -147,37 +143,35 @@ def ends_of(loaded: LoadedCase, name: str) -> list[float | str]:
     return ends
 
 
-def lower_airflow(copy: Copy, control: Airflow, duration: float, line: int, name: str) -> AirflowRow:
+def lower_airflow(copy: Copy, control: Airflow, duration: float, origin: Origin) -> AirflowRow:
     """Return the row of the air that flows past a copy of a cloth.
 
     Args:
         copy: The cloth.
         control: The airflow, as the copy has it.
         duration: Duration of the run [s].
-        line: Line of the case, for the program.
-        name: Name of the control.
+        origin: The control.
     """
     start, end = span_of(control.during, NEVER_REACHED)
     scale = scale_constructor(control.scale)
     gusts = (control.gusts, control.gust_size, control.seed)
     strongest = largest(control.scale, duration)
-    return AirflowRow(copy.name, control.velocity, scale, strongest, *gusts, start, end, line, name)
+    return AirflowRow(copy.name, control.velocity, scale, strongest, *gusts, start, end, *origin)
 
 
-def lower_field(control: ANY_FIELD, line: int, name: str) -> Field:
+def lower_field(control: ANY_FIELD, origin: Origin) -> Field:
     """Return the row of a field.
 
     Args:
         control: The field.
-        line: Line of the case, for the program.
-        name: Name of the control.
+        origin: The control.
     """
     start, end = span_of(control.during, NEVER_REACHED)
     scale = scale_constructor(control.scale)
     drift = control.drift if isinstance(control, Turbulence) and any(control.drift) else None
     field = _force_field(control)
     changing = field if scale is None and drift is None else Code(f"Changing({field})")
-    return Field(changing, start, end, line, name, scale, drift)
+    return Field(changing, start, end, *origin, scale, drift)
 
 
 def _force_field(control: ANY_FIELD) -> Code:

@@ -89,10 +89,10 @@ def derive_soft(
             "sap": "fem bodies touch rigid bodies and each other in this model alone",
             "ipc": "cloth with solver ipc needs it",
         }[model]
-    around = find_surroundings(placed, travel, folder)
+    around = find_surroundings(placed, scene, travel, folder)
 
     def domain(solver: str, margin: float, volume: float, cell: float) -> Bounds:
-        box = domain_box(by_solver[solver], around, scene, travel, folder, margin, volume)
+        box = domain_box(by_solver[solver], around, margin, volume)
         return _to_whole_cells(box, cell)
 
     substeps: list[tuple[float, str]] = []

@@ -37,8 +37,14 @@ MIN_UPRIGHT_COSINE = 1.0 - 1e-6
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What stands around deformable bodies, and touches them."""
+    """What stands around deformable bodies, and touches them, and what else decides where they get."""
 
+    scene: Scene
+    """Gravity and duration."""
+    travel: Travel
+    """How far bodies are moved."""
+    folder: Path
+    """The case's folder."""
     solids: tuple[Bounds, ...]
     """Bounds [m] of statics and bodies of links, in the world, with the space through which motors move them."""
     floors: tuple[float, ...]
@@ -69,11 +75,12 @@ def floor_height(copy: Copy) -> float | None:
     return copy.pos[2] if quat_rotate(copy.quat, Z_AXIS)[2] > MIN_UPRIGHT_COSINE else None
 
 
-def find_surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Path) -> Surroundings:
+def find_surroundings(placed: dict[str, list[Copy]], scene: Scene, travel: Travel, folder: Path) -> Surroundings:
     """Return what stands around deformable bodies, without what they do not touch.
 
     Args:
         placed: Copies by static and body.
+        scene: The section.
         travel: How far bodies are moved.
         folder: The case's folder.
 
@@ -98,18 +105,10 @@ def find_surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Pat
             solids.append(swept(box, displacements))
             if displacements != NOWHERE:
                 carried.append((box, displacements))
-    return Surroundings(tuple(solids), tuple(floors), tuple(carried), tuple(tilting))
+    return Surroundings(scene, travel, folder, tuple(solids), tuple(floors), tuple(carried), tuple(tilting))
 
 
-def domain_box(
-    copies: list[Copy],
-    surroundings: Surroundings,
-    scene: Scene,
-    travel: Travel,
-    folder: Path,
-    margin: float,
-    volume: float,
-) -> Bounds:
+def domain_box(copies: list[Copy], surroundings: Surroundings, margin: float, volume: float) -> Bounds:
     """Return a box [m] that deformable bodies stay in.
 
     If it would have too many cells, it leaves less room for bouncing, rolling and spreading.
@@ -117,45 +116,41 @@ def domain_box(
     Args:
         copies: The bodies.
         surroundings: What stands around them.
-        scene: Gravity and duration.
-        travel: How far bodies are moved.
-        folder: The case's folder.
         margin: Free space on every side [m], also below a floor.
         volume: Volume that it should not exceed [m3].
 
     Raises:
         AssetError: if a file of a shape cannot be used.
     """
-    boxes = [extents_of(copy, folder) for copy in copies]
+    scene, travel = surroundings.scene, surroundings.travel
+    boxes = [extents_of(copy, surroundings.folder) for copy in copies]
     own = [swept(box, travel.holds.get(copy.name, NOWHERE)) for copy, box in zip(copies, boxes, strict=True)]
     falls = [
-        _fall(*box, surroundings, scene, hanging=_hanging(copy, box, travel))[2]
+        _fall(*box, surroundings, hanging=_hanging(copy, box, travel))[2]
         for copy, box in zip(copies, boxes, strict=True)
     ]
     reach = max(_sideways_reach(c, box, fall, scene) for c, box, fall in zip(copies, boxes, falls, strict=True))
     length = max(max(sides(box)) for box in boxes)
     for part in (1.0, 0.5, 0.25):
-        box = _domain_box(copies, own, surroundings, scene, travel, margin, length, part * reach)
+        box = _domain_box(copies, own, surroundings, margin, length, part * reach)
         if prod(sides(box)) <= volume:
             break
     return box
 
 
-def path_bounds(copy: Copy, surroundings: Surroundings, scene: Scene, travel: Travel, folder: Path) -> Bounds:
+def path_bounds(copy: Copy, surroundings: Surroundings) -> Bounds:
     """Return the box [m] of where a body gets when it is held, thrown, pushed and carried, and falls.
 
     Args:
         copy: The body.
         surroundings: What stands around it.
-        scene: Gravity and duration.
-        travel: How far bodies are moved.
-        folder: The case's folder.
 
     Raises:
         AssetError: if a file of a shape cannot be used.
     """
-    box = swept(extents_of(copy, folder), travel.holds.get(copy.name, NOWHERE))
-    x, y, z = _fall(*box, surroundings, scene, math.inf)
+    travel = surroundings.travel
+    box = swept(extents_of(copy, surroundings.folder), travel.holds.get(copy.name, NOWHERE))
+    x, y, z = _fall(*box, surroundings, math.inf)
     center = middle(box)
     below = [
         b[2]
@@ -164,18 +159,13 @@ def path_bounds(copy: Copy, surroundings: Surroundings, scene: Scene, travel: Tr
     ]
     z = max(z, min(max(below, default=-MAX_FOLLOWED_DISTANCE) - box[0][2], 0.0)) if z < 0.0 else z
     z = max(z, -_hanging(copy, box, travel))
-    return _flown(copy, box, (x, y, z), surroundings, scene, travel, math.inf)
+    return _flown(copy, box, (x, y, z), surroundings, math.inf)
 
 
 def _flown(
-    copy: Copy,
-    box: Bounds,
-    fall: Vec,
-    surroundings: Surroundings,
-    scene: Scene,
-    travel: Travel,
-    farthest: float = MAX_FOLLOWED_DISTANCE,
+    copy: Copy, box: Bounds, fall: Vec, surroundings: Surroundings, farthest: float = MAX_FOLLOWED_DISTANCE
 ) -> Bounds:
+    scene, travel = surroundings.scene, surroundings.travel
     floors = [floor for floor in surroundings.floors if floor <= box[0][2] + MAX_RESTING_GAP]
     if copy.name in travel.spins:
         box = _turned_about(middle(box), box)
@@ -272,19 +262,12 @@ def _current(volume: float, viscosity: float, gravity: float, time: float) -> fl
 
 
 def _domain_box(
-    copies: list[Copy],
-    own: list[Bounds],
-    surroundings: Surroundings,
-    scene: Scene,
-    travel: Travel,
-    margin: float,
-    length: float,
-    reach: float,
+    copies: list[Copy], own: list[Bounds], surroundings: Surroundings, margin: float, length: float, reach: float
 ) -> Bounds:
     whole = union(own)
-    hanging = max(_hanging(copy, box, travel) for copy, box in zip(copies, own, strict=True))
-    fall = _fall(*whole, surroundings, scene, hanging=hanging)
-    flown = [_flown(c, box, fall, surroundings, scene, travel) for c, box in zip(copies, own, strict=True)]
+    hanging = max(_hanging(copy, box, surroundings.travel) for copy, box in zip(copies, own, strict=True))
+    fall = _fall(*whole, surroundings, hanging=hanging)
+    flown = [_flown(c, box, fall, surroundings) for c, box in zip(copies, own, strict=True)]
     low, high = union(flown)
     box = (low[0] - reach, low[1] - reach, low[2]), (high[0] + reach, high[1] + reach, high[2])
     box = union([box, *_nearby(box, surroundings, reach, margin)])
@@ -306,7 +289,6 @@ def _fall(
     low: Vec,
     high: Vec,
     surroundings: Surroundings,
-    scene: Scene,
     farthest: float = MAX_FOLLOWED_DISTANCE,
     hanging: float = math.inf,
 ) -> Vec:
@@ -314,6 +296,7 @@ def _fall(
 
     None of them gets lower than by `hanging`.
     """
+    scene = surroundings.scene
     size = sum(g * g for g in scene.gravity) ** 0.5
     if size == 0.0:
         return (0.0, 0.0, 0.0)

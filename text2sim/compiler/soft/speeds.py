@@ -71,7 +71,7 @@ def speed_limit(
         "falling": _fall(scene, floors, tops),
         "starts": max([hypot(*v.linear) + hypot(*v.angular) for v in rows.velocities] + joints, default=0.0),
         "streams": max((hypot(*(stream_velocity(c) or ())) for g in placed.values() for c in g), default=0.0),
-        "motors": MOTOR_SPEED if rows.targets else 0.0,
+        "motors": MOTOR_SPEED if rows.joints.targets else 0.0,
         "prescribed motion": max((_driven(c, time, folder) for g in placed.values() for c in g), default=0.0),
         "forces": sum(_push(push, masses, time) for push in rows.pushes),
         "stretched cloth": max((snap_speed(copy.model) for group in placed.values() for copy in group), default=0.0),

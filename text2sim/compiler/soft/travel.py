@@ -67,12 +67,12 @@ def travel(
     for copy in copies.values():
         if isinstance(copy.model, Driven):
             motors[copy.name] = displacements(copy.model.motion)
-    for (name, joint), targets in rows.targets.items():
+    for name, joint in rows.joints.targets:
         mount = _slider(copies[name], joint)
         if mount is None:
             continue
-        asked = [*targets, *rows.later_targets.get((name, joint), [])]  # an event may come at the very start
-        reach = _reach([(mode, schedule) for _, mode, schedule, *_ in asked], duration)
+        # What begins at an event may begin at the very start.
+        reach = _reach([(row.mode, row.schedule) for row in rows.joints.all_of(name, joint)], duration)
         low, high = mount.range or (-inf, inf)
         axis = quat_rotate(copies[name].quat, vector_unit(mount.axis))
         ends = [vector_times(axis, min(max(s, low), high)) for s in reach]

@@ -76,10 +76,10 @@ def spans_of(facts: Facts) -> dict[tuple[str, str], list[Span]]:
     """Return the drives of every driven joint, by copy and joint: in order of time, then those that begin at events."""
     duration = facts.case.scene.duration
     found = {}
-    for (entity, joint), targets in facts.rows.targets.items():
+    for (entity, joint), targets in facts.rows.joints.targets.items():
         first = facts.lowering.initial.get(entity, {}).get(joint, 0.0)
         found[entity, joint] = list(_chain(targets, first, duration))
-        for _, mode, schedule, _, name in facts.rows.later_targets.get((entity, joint), []):
+        for _, mode, schedule, _, name in facts.rows.joints.later_targets.get((entity, joint), []):
             before = first if mode == "position" else 0.0
             found[entity, joint].append(Span(mode, schedule, 0.0, duration, before, name, anytime=True))
     return found
@@ -87,11 +87,11 @@ def spans_of(facts: Facts) -> dict[tuple[str, str], list[Span]]:
 
 def _chain(targets: list[DriveTarget], first: float, duration: float) -> Iterator[Span]:
     """Yield the drives of one joint, each until the next takes over, as in `compiler.drives`."""
-    ordered = sorted(targets, key=lambda target: target[0])
+    ordered = sorted(targets, key=lambda target: target.start)
     before_it: Span | None = None
     for index, (start, mode, schedule, _, name) in enumerate(ordered):
         start = 0.0 if index == 0 else start
-        later = ordered[index + 1][0] if index + 1 < len(ordered) else duration
+        later = ordered[index + 1].start if index + 1 < len(ordered) else duration
         before = 0.0
         if before_it is None:
             before = first if mode == "position" else 0.0

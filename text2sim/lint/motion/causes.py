@@ -47,7 +47,7 @@ class Causes:
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
         found = [Cause(0.0, "")] if self._restless() else []
-        found += [Cause(0.0, rows[0].control) for rows in facts.rows.later.values()]  # at any time
+        found += [Cause(0.0, rows[0].control) for rows in facts.rows.joints.later.values()]  # at any time
         found += [*self._starts(), *self._wrenches(), *self._other_causes()]
         self.pushes = [cause for cause in found if cause.speed < inf]
         self.unknown = min((cause.start for cause in found if cause.speed == inf), default=inf)

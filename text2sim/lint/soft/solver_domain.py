@@ -89,14 +89,14 @@ def _leaving(facts: Facts) -> Iterator[Problem]:
     masses = {body.name: mass(body.copy, facts.folder) for body in soft.bodies}
     controls = case.actions.controls.values()
     travels = travel(facts.rows, controls, facts.placed, masses, facts.pull, case.scene.duration)
-    around = find_surroundings(facts.placed, travels, facts.folder)
+    around = find_surroundings(facts.placed, case.scene, travels, facts.folder)
     for solver, (space, pad) in spaces.items():
         is_given = getattr(case.scene, solver).bounds is not None
         seen = set()
         for body in soft.of(solver):
             if body.body in seen or _excess(body.box, (space.low, space.high), pad):
                 continue
-            reached = path_bounds(body.copy, around, case.scene, travels, facts.folder)
+            reached = path_bounds(body.copy, around)
             if _is_held(facts, body):
                 reached = _hung(body.box, reached)
             out = [
