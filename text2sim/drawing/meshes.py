@@ -9,7 +9,7 @@ import numpy as np
 from text2sim.assets.surface import scaled_normals, triangle_areas
 from text2sim.compiler.shapes.hulls import outward_hull
 from text2sim.compiler.shapes.piece import Piece
-from text2sim.compiler.shapes.surface import VisualMesh, surface
+from text2sim.compiler.shapes.surface import VisualMesh, bands, rings, surface
 from text2sim.spec_schema.models.shapes import Box
 
 MAX_SMOOTH_DIFFERENCE = 0.5
@@ -47,28 +47,8 @@ def lathe(profile: list[tuple[float, float]], slopes: list[tuple[float, float]],
         slopes: Normal of each point: radial and vertical component.
         sides: Number of sides.
     """
-    angles = 2 * math.pi * np.arange(sides + 1) / sides
-    turn = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    turn[-1] = turn[0]
-    radius, height = np.array(profile).T
-    out, up = np.array(slopes).T
-
-    def swept(r: np.ndarray, z: np.ndarray) -> np.ndarray:
-        rows = np.empty((len(r), sides + 1, 3))
-        rows[:, :, :2] = r[:, None, None] * turn
-        rows[:, :, 2] = z[:, None]
-        return rows
-
-    points, normals = swept(radius, height), swept(out, up)
-
-    def quads(grid: np.ndarray) -> np.ndarray:
-        a, b, c, d = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]
-        lower, upper = np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)
-        # At a pole, one of the two triangles is degenerate.
-        wide_low, wide_high = radius[:-1] > 0, radius[1:] > 0
-        return np.concatenate([lower[wide_low].reshape(-1, 3, 3), upper[wide_high].reshape(-1, 3, 3)])
-
-    return Triangles(quads(points), quads(normals))
+    radii = [radius for radius, _ in profile]
+    return Triangles(bands(rings(profile, sides), radii), bands(rings(slopes, sides), radii))
 
 
 def ball(sides: int) -> Triangles:

@@ -13,6 +13,7 @@ from scipy.spatial import HalfspaceIntersection, QhullError
 
 from text2sim.assets.surface import scaled_normals, triangle_areas
 from text2sim.compiler.shapes.hulls import outward_hull
+from text2sim.compiler.shapes.surface import rings
 from text2sim.templates.shading import Shell
 
 Array = NDArray[np.floating]
@@ -200,14 +201,7 @@ def revolved(profile: Array, slopes: Array, sides: int = SIDES) -> RenderMesh:
         slopes: Normals at these points, radial and vertical component, shape (n, 2).
         sides: Number of sides.
     """
-    angle = np.linspace(0, 2 * np.pi, sides, endpoint=False)
-    ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    vertices, normals = (
-        np.concatenate(
-            [rows[:, None, :1] * ring, np.broadcast_to(rows[:, None, 1:], (len(rows), sides, 1))], axis=2
-        ).reshape(-1, 3)
-        for rows in (profile, slopes)
-    )
+    vertices, normals = (rings(rows, sides).reshape(-1, 3) for rows in (profile, slopes))
     here = np.arange(len(profile) - 1)[:, None] * sides + np.arange(sides)
     beside = here - np.arange(sides) + (np.arange(sides) + 1) % sides
     faces = np.concatenate(

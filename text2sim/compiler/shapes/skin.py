@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_to_rows
+from text2sim.compiler.shapes.surface import bands, rings
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:
@@ -91,7 +92,7 @@ def _triangles(piece: Piece) -> "np.ndarray":
         return corners[np.array(_BOX)]
     if piece.kind == "cylinder":
         half = size[1] / 2
-        return _revolve([(0.0, -half), (size[0], -half), (size[0], half), (0.0, half)])
+        return _revolved([(0.0, -half), (size[0], -half), (size[0], half), (0.0, half)])
     angles = [math.pi * k / RINGS - math.pi / 2 for k in range(RINGS + 1)]
     half = size[1] / 2 if piece.kind == "capsule" else 0.0
     radius = 1.0 if piece.kind == "ellipsoid" else size[0]
@@ -99,25 +100,12 @@ def _triangles(piece: Piece) -> "np.ndarray":
     if half:
         profile.insert(RINGS // 2, (radius, -half))
     profile[0], profile[-1] = (0.0, profile[0][1]), (0.0, profile[-1][1])
-    return _revolve(profile) * (np.array(size) if piece.kind == "ellipsoid" else 1.0)
+    return _revolved(profile) * (np.array(size) if piece.kind == "ellipsoid" else 1.0)
 
 
-def _revolve(profile: list[tuple[float, float]]) -> "np.ndarray":
+def _revolved(profile: list[tuple[float, float]]) -> "np.ndarray":
     """Return triangles of a profile (radius, height) turned about z."""
-    import numpy as np
-
-    angles = 2 * math.pi * np.arange(SIDES + 1) / SIDES
-    turn = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    turn[-1] = turn[0]
-    found = []
-    for (r0, z0), (r1, z1) in zip(profile, profile[1:], strict=False):
-        low = np.concatenate([r0 * turn, np.full((SIDES + 1, 1), z0)], axis=1)
-        high = np.concatenate([r1 * turn, np.full((SIDES + 1, 1), z1)], axis=1)
-        if r0 > 0:
-            found.append(np.stack([low[:-1], low[1:], high[1:]], axis=1))
-        if r1 > 0:
-            found.append(np.stack([low[:-1], high[1:], high[:-1]], axis=1))
-    return np.concatenate(found)
+    return bands(rings(profile, SIDES), [r for r, _ in profile])
 
 
 def _nearest_points(triangles: "np.ndarray", p: "np.ndarray") -> "np.ndarray":

@@ -2,7 +2,7 @@
 
 import hashlib
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -156,7 +156,7 @@ def _surface(shape: Any) -> VisualMesh:
     if isinstance(shape, Sphere | Stream | Ellipsoid | Capsule):
         return _egg(shape)
     if isinstance(shape, Torus):
-        return _lathe_smooth(shape)
+        return _ring(shape)
     if isinstance(shape, Faceted):
         return _facets(shape)
     return _lathe(profile_corners(shape))
@@ -199,48 +199,66 @@ def _egg(shape: Sphere | Stream | Ellipsoid | Capsule) -> VisualMesh:
     return replace(ball, vertices=points * radii, normals=normals / np.linalg.norm(normals, axis=1, keepdims=True))
 
 
-def _turns(sides: int) -> "tuple[np.ndarray, np.ndarray]":
+def rings(rows: "np.ndarray | Sequence[Point]", sides: int) -> "np.ndarray":
+    """Turn points of a profile, or its normals, about z.
+
+    Args:
+        rows: Radial and vertical component of each, shape (n, 2).
+        sides: Number of points around each ring.
+
+    Returns:
+        Points, counterclockwise from above, shape (n, sides, 3).
+    """
     import numpy as np
 
-    angles = 2 * math.pi * np.arange(sides) / sides
-    return np.cos(angles), np.sin(angles)
+    angles = np.linspace(0, 2 * math.pi, sides, endpoint=False)
+    circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    out, up = np.split(np.array(rows, float)[:, None], 2, axis=2)
+    return np.concatenate([out * circle, np.repeat(up, sides, axis=1)], axis=2)
+
+
+def bands(around: "np.ndarray", radii: Iterable[float]) -> "np.ndarray":
+    """Return the triangles between each ring and the next; a ring without radius is a point.
+
+    Args:
+        around: What the rings are made of, points or their numbers, shape (n, sides, …).
+        radii: Their radii, (n,).
+
+    Returns:
+        Corners, counterclockwise from outside if the rings go up on the outside, shape (m, 3, …).
+    """
+    import numpy as np
+
+    found = []
+    for (low, r_low), (high, r_high) in pairwise(zip(around, radii, strict=True)):
+        low_next, high_next = np.roll(low, -1, axis=0), np.roll(high, -1, axis=0)
+        found += [np.stack([low, low_next, high_next], axis=1)] if r_low > 0 else []
+        found += [np.stack([low, high_next, high], axis=1)] if r_high > 0 else []
+    return np.concatenate(found)
 
 
 def _lathe(profile: list[Point]) -> VisualMesh:
     """Turn a profile (radius, height) about z, the solid on its left; smooth around z, sharp at corners."""
     import numpy as np
 
-    cos, sin = _turns(SIDES)
-    here, following = np.arange(SIDES), (np.arange(SIDES) + 1) % SIDES
-    vertices, normals, faces, first = [], [], [], 0
+    ends, slopes = [], []
     for (r0, z0), (r1, z1) in pairwise(profile):
         length = math.hypot(r1 - r0, z1 - z0)
-        slope, rise = (z1 - z0) / length, (r0 - r1) / length
-        for r, z in ((r0, z0), (r1, z1)):
-            vertices.append(np.stack([r * cos, r * sin, np.full(SIDES, z)], axis=1))
-            normals.append(np.stack([slope * cos, slope * sin, np.full(SIDES, rise)], axis=1))
-        low, high = first + here, first + SIDES + here
-        low_next, high_next = first + following, first + SIDES + following
-        if r0 > 0:
-            faces.append(np.stack([low, low_next, high_next], axis=1))
-        if r1 > 0 or r0 == 0:
-            faces.append(np.stack([low, high_next, high], axis=1))
-        first += 2 * SIDES
-    return VisualMesh(np.concatenate(vertices), np.concatenate(faces), np.concatenate(normals))
+        ends += [(r0, z0), (r1, z1)]
+        slopes += [((z1 - z0) / length, (r0 - r1) / length)] * 2
+    pairs = np.arange(len(ends) * SIDES).reshape(-1, 2, SIDES)
+    faces = [bands(pair, (a[0], b[0])) for pair, (a, b) in zip(pairs, pairwise(profile), strict=True)]
+    return VisualMesh(rings(ends, SIDES).reshape(-1, 3), np.concatenate(faces), rings(slopes, SIDES).reshape(-1, 3))
 
 
-def _lathe_smooth(torus: Torus) -> VisualMesh:
+def _ring(torus: Torus) -> VisualMesh:
     import numpy as np
 
-    cos, sin = _turns(SIDES)
-    bar_cos, bar_sin = _turns(BAR_SIDES)
-    radius = torus.radius + torus.bar_radius * bar_cos
-    flat = np.zeros((SIDES, 1)) + torus.bar_radius * bar_sin
-    vertices = np.stack([np.outer(cos, radius), np.outer(sin, radius), flat], axis=-1).reshape(-1, 3)
-    normals = np.stack(
-        [np.outer(cos, bar_cos), np.outer(sin, bar_cos), np.zeros((SIDES, 1)) + bar_sin], axis=-1
-    ).reshape(-1, 3)
-    i, j = (grid.ravel() for grid in np.meshgrid(np.arange(SIDES), np.arange(BAR_SIDES), indexing="ij"))
-    i1, j1 = (i + 1) % SIDES, (j + 1) % BAR_SIDES
-    a, b, c, d = i * BAR_SIDES + j, i1 * BAR_SIDES + j, i1 * BAR_SIDES + j1, i * BAR_SIDES + j1
-    return VisualMesh(vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]), normals)
+    slopes = rings([(1.0, 0.0)], BAR_SIDES)[0, :, :2]
+    bar = (torus.radius, 0.0) + torus.bar_radius * slopes
+    vertices, normals = (rings(rows, SIDES).swapaxes(0, 1).reshape(-1, 3) for rows in (bar, slopes))
+    a = np.arange(SIDES * BAR_SIDES).reshape(SIDES, BAR_SIDES)
+    b, d = np.roll(a, -1, axis=0), np.roll(a, -1, axis=1)
+    c = np.roll(b, -1, axis=1)
+    faces = np.concatenate([np.stack(corners, axis=-1).reshape(-1, 3) for corners in ((a, b, c), (a, c, d))])
+    return VisualMesh(vertices, faces, normals)
