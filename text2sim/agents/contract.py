@@ -6,8 +6,9 @@ Evaluated values are compared, so that a bound cannot be relaxed through a param
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeGuard
+from typing import Any
 
+from text2sim.spec_schema.arithmetic.values import is_number
 from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.names.selectors import body_of, strings_in
@@ -134,7 +135,7 @@ def _wider(before: Data, row: Data) -> Iterator[str]:
     """
     percent = f"{MAX_RELAXATION:.0%}"
     old, new = before.get("tolerance"), row.get("tolerance")
-    if _is_number(old) and _is_number(new) and new > (1 + MAX_RELAXATION) * old:
+    if is_number(old) and is_number(new) and new > (1 + MAX_RELAXATION) * old:
         yield f"`tolerance` may grow by {percent} of {old:g} at most"
     old, new = _range(before.get("count")), _range(row.get("count"))
     if old and new and new[1] - new[0] > old[1] - old[0]:
@@ -145,14 +146,10 @@ def _wider(before: Data, row: Data) -> Iterator[str]:
 
 def _range(value: Any) -> tuple[float, float] | None:
     """Return both ends of a range; those of a number are equal."""
-    ends = [value, value] if _is_number(value) else value
-    if isinstance(ends, list | tuple) and len(ends) == 2 and all(map(_is_number, ends)):
+    ends = [value, value] if is_number(value) else value
+    if isinstance(ends, list | tuple) and len(ends) == 2 and all(map(is_number, ends)):
         return ends[0], ends[1]
     return None
-
-
-def _is_number(value: Any) -> TypeGuard[float]:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _bounds(row: Mapping[str, Any]) -> set[str]:

@@ -60,7 +60,14 @@ class JointTargets:
     """Targets of `later`."""
 
     def add(self, control: Drive, copy: Copy, joints: Iterable[str], origin: Origin) -> None:
-        """Add a drive of joints of one copy."""
+        """Add a drive of joints of one copy.
+
+        Args:
+            control: The drive.
+            copy: Whose joints it drives.
+            joints: Their names.
+            origin: The control's line and name.
+        """
         modes = ("position", "velocity", "force")
         mode, schedule = next((m, s) for m in modes if (s := getattr(control, m)) is not None)
         for joint in joints:

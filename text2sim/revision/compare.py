@@ -6,6 +6,7 @@ from typing import Any
 
 from text2sim.recording.record import COMPLETE, RunRecord
 from text2sim.revision.side import Side
+from text2sim.spec_schema.arithmetic.values import is_number
 from text2sim.spec_schema.changes.diff import Change, Effect, difference, effects, operations
 from text2sim.spec_schema.changes.operation import Operation
 from text2sim.spec_schema.errors import Text2SimError
@@ -157,7 +158,7 @@ def _evidence(folder: Path) -> dict[str, dict[str, Any]]:
 
 
 def _as_number(value: Any) -> float | None:
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+    return float(value) if is_number(value) else None
 
 
 def _differ(a: float | None, b: float | None) -> bool:

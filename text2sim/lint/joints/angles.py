@@ -16,6 +16,7 @@ from text2sim.lint.joints.mechanics import Mechanics
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.script.targets import Targets
 from text2sim.lint.words import as_radians
+from text2sim.spec_schema.arithmetic.values import is_number
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.events import ThresholdEvent
 from text2sim.spec_schema.models.measures import JointPosition
@@ -47,7 +48,7 @@ def _radians(facts: Facts) -> Iterator[Problem]:
     for section in ("bodies", "scene", "actions", "render"):
         for where, value in _in_degrees(facts.value_at((section,)), (section,)):
             numbers = value if isinstance(value, list) else [value]
-            found = [n for n in numbers if isinstance(n, int | float) and not isinstance(n, bool)]
+            found = [n for n in numbers if is_number(n)]
             found = [n for n in found if in_radians(n) or (where[-1] == HEAP_ANGLE_FIELD and n < MIN_HEAP_ANGLE)]
             if found:
                 text = (

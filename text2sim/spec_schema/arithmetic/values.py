@@ -1,6 +1,6 @@
 """Bounded values of expressions: numbers, text, booleans and lists of these."""
 
-from typing import Any
+from typing import Any, TypeGuard
 
 Value = bool | int | float | str | list[Any]
 
@@ -19,7 +19,7 @@ class ExpressionError(ValueError):
         self.rule = rule
 
 
-def is_number(value: object) -> bool:
+def is_number(value: object) -> TypeGuard[int | float]:
     """Return whether a value is a number; booleans are not."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
@@ -30,7 +30,7 @@ def number(value: object) -> int | float:
     Raises:
         ExpressionError: If it is not a number.
     """
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if not is_number(value):
         raise ExpressionError(f"{show(value)} is not a number")
     return value
 
