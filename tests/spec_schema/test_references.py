@@ -290,12 +290,6 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
             ("measure-kind", "", None, "difference", ["ball_speed", "height"], {}),
             ("measure-kind", "", None, "difference", ["height", "angle"],
              {"/actions/measures/angle": {"kind": "joint_position", "of": "arm.elbow"}}),
-            ("measure-kind", "", None, "difference", ["other", "height"],
-             {"/actions/measures/other": {"kind": "ratio", "measures": ["ball_speed", "height"]}}),
-            ("nested", "", None, "ratio", ["it", "height"], {}),
-            ("nested", "", None, "ratio", ["m0", "height"],
-             {f"/actions/measures/m{k}": {"kind": "ratio", "measures": [f"m{k + 1}" if k < 5 else "height", "height"]}
-              for k in range(6)}),
         )
     ),
     *(
@@ -333,10 +327,6 @@ SILENT: list[dict[str, Any]] = [
     },
     {MEASURE: {"kind": "threaded", "of": "drum", "by": ["arm.elbow", "post[0]"]}},
     {MEASURE: {"kind": "ratio", "measures": ["ball_speed", "height"]}},
-    {
-        MEASURE: {"kind": "difference", "measures": ["above", "height"]},
-        "/actions/measures/above": {"kind": "difference", "measures": ["height", "height"]},
-    },
     {
         MEASURE: {"kind": "difference", "measures": ["height", "slid"]},
         "/actions/measures/slid": {"kind": "joint_position", "of": "hook[0]"},
