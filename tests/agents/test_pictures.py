@@ -117,6 +117,22 @@ def test_the_moments_that_decide_are_shown_with_what_is_just_before_and_after(ru
     assert next(iter(moments(evidence, ACTIONS))).bodies == ("ball",)
 
 
+def test_what_is_reached_comes_before_what_only_stays_within_bounds() -> None:
+    during = {"measure": "high", "during": [0, 9]}
+    asked = {
+        "clear": during | {"stat": "max", "below": 5}, "held": during | {"above": 0}, "failed": during | {"below": 1},
+        "calm": during | {"stat": "min", "above": 1}, "leaps": during | {"stat": "max", "above": 2},
+        "sinks": during | {"stat": "min", "below": 1}, "ends": {"measure": "high", "at": 8, "below": 1},
+    }  # fmt: skip
+    found = {name: {"ok": name != "failed", "at": float(t)} for t, name in enumerate(asked, 1)}
+    told = list(moments({"events": {}, "time": {"reached": 9.0}, "expect": found}, ACTIONS | {"expect": asked}))
+    decided = [(one.reason.removeprefix("expect:"), one.decisive) for one in told if one.reason.startswith("expect:")]
+    assert decided == [("failed", True), ("leaps", True), ("sinks", True), ("ends", True)]
+    del asked["sinks"], found["sinks"]
+    told = list(moments({"events": {}, "time": {"reached": 9.0}, "expect": found}, ACTIONS | {"expect": asked}))
+    assert [one.decisive for one in told if one.reason == "expect:clear"] == [False]
+
+
 def test_of_an_event_that_is_counted_the_last_time_is_shown_too() -> None:
     evidence = {"events": {"hit": {"first": 0.5, "last": 1.5}}, "time": {"reached": 2.0}}
     counted = ACTIONS | {"expect": {"twice": {"event": "hit", "count": 2}}}

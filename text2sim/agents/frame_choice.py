@@ -84,7 +84,7 @@ def moments(evidence: Data, actions: Data, strikes: Sequence[FrameMoment] = ()) 
     """
     last = float(evidence["time"]["reached"])
     decided = list(_deciding_moments(evidence, actions))
-    yield from (replace(one, decisive=True) for one in (*decided, *strikes))
+    yield from (*decided, *(replace(one, decisive=True) for one in strikes))
     events = _first_events(evidence, actions)
     expected = [row for row in (actions.get("expect") or {}).values() if isinstance(row, dict)]
     counted = {row.get("event") for row in expected if row.get("count") is not None}
@@ -161,18 +161,29 @@ def _frames_around(moments: Sequence[FrameMoment]) -> Iterator[FrameMoment]:
 
 
 def _deciding_moments(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
-    """Yield the moments that decide expectations: failed ones first, measures before events."""
+    """Yield the moments that decide expectations: failed ones first, measures before events.
+
+    Where something true is only kept within bounds, the moment that came nearest to them may show nothing: such moments
+    come after those at which something is reached, and are not decisive.
+    """
     rows = []
     for name, found in (evidence.get("expect") or {}).items():
         asked = (actions.get("expect") or {}).get(name) or {}
         part = "measures" if asked.get("measure") else "events"
         if found.get("at") is not None:
             about = (actions.get(part) or {}).get(asked.get(part[:-1]))
-            rows.append(
-                (found.get("ok") is True, part, FrameMoment(found["at"], f"expect:{name}", named_bodies(about)))
-            )
-    rows.sort(key=lambda row: (row[0], row[1] == "events"))
+            true = found.get("ok") is True
+            kept = true and _keeps_within(asked)
+            moment = FrameMoment(found["at"], f"expect:{name}", named_bodies(about), decisive=not kept)
+            rows.append((true, part == "events", kept, moment))
+    rows.sort(key=lambda row: row[:3])
     yield from [moment for *_, moment in rows][:MAX_DECIDED]
+
+
+def _keeps_within(asked: Data) -> bool:
+    """Whether an expectation bounds a measure over a span, and asks for no value that has to be reached in it."""
+    reached = asked.get("above") if asked.get("stat") != "min" else asked.get("below")
+    return asked.get("during") is not None and (asked.get("stat") is None or reached is None)
 
 
 def _deformed(evidence: Data) -> Iterator[FrameMoment]:

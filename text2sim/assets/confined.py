@@ -36,7 +36,7 @@ def call_confined(
     seconds: int = PROCESSOR_LIMIT,
     memory: int = MEMORY_LIMIT,
 ) -> R:
-    """Call a function of a module with a file, in a child process unless the file is small.
+    """Call a function of a module with a file, as `call_in_child` does unless the file is small.
 
     Args:
         function: Takes the path and the other arguments.
@@ -51,11 +51,28 @@ def call_confined(
     """
     if not large and path.stat().st_size <= MAX_LOCAL_SIZE:
         return function(path, *args)
+    return call_in_child(function, path, *args, seconds=seconds, memory=memory)
+
+
+def call_in_child(
+    function: Callable[..., R], *args: Any, seconds: int = PROCESSOR_LIMIT, memory: int = MEMORY_LIMIT
+) -> R:
+    """Call a function of a module in a new process.
+
+    Args:
+        function: The function.
+        args: Its arguments.
+        seconds: Limit of processor time [s].
+        memory: Limit of memory [bytes].
+
+    Raises:
+        AssetError: if the function raises it, exceeds the limits, or crashes its process.
+    """
     command = [sys.executable, "-P", "-m", __name__, function.__module__, function.__name__, str(seconds), str(memory)]
     patience = WALL_TIME_FACTOR * seconds
     try:
         done = subprocess.run(
-            command, input=pickle.dumps((path, *args)), env=environment_without_keys(), capture_output=True,
+            command, input=pickle.dumps(args), env=environment_without_keys(), capture_output=True,
             timeout=patience, check=False,
         )  # fmt: skip
     except subprocess.TimeoutExpired:

@@ -2,14 +2,14 @@
 
 from functools import lru_cache
 from hashlib import file_digest
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 
 from text2sim.assets.answer_cache import cached_answer
-from text2sim.assets.confined import call_confined
+from text2sim.assets.confined import call_confined, call_in_child
 from text2sim.assets.foreign_files import named_errors
+from text2sim.assets.isotropic import remesh_isotropically
 from text2sim.compiler.memory import ObjectKey
 from text2sim.compiler.shapes.casemesh import SINGLE_FILE_SUFFIXES, load_mesh
 from text2sim.compiler.shapes.meshfile import mesh_path, open_mesh, turn_upright
@@ -137,7 +137,7 @@ def remesh_evenly(vertices: np.ndarray, faces: np.ndarray, edge: float) -> tuple
     fine = count < MIN_MEAN_EDGE**2 * len(faces)
     if not fine and np.percentile(_sharpest(vertices, faces), 2) > SHARP_ANGLE:
         return vertices, faces
-    question = (b"evened", np.float64(edge).tobytes(), vertices.tobytes(), faces.astype(np.int64).tobytes())
+    question = (b"evened apart", np.float64(edge).tobytes(), vertices.tobytes(), faces.astype(np.int64).tobytes())
     vertices, faces = cached_answer(question, lambda: _remesh(vertices, faces, edge, count))
     return vertices, faces
 
@@ -156,25 +156,11 @@ def _remesh(vertices: np.ndarray, faces: np.ndarray, edge: float, count: int) ->
         if len(faces) > many * count / finer**2:
             few = max(round(many / 2 * count / finer**2), 200)
             points, net, *_ = simplify(points.astype(np.float32), net.astype(np.int32), target_count=few)
-        points, net = _remeshed(points.astype(float), net, finer * edge / size, feature)
+        points, net = call_in_child(remesh_isotropically, points.astype(float), net, finer * edge / size, feature)
         mesh = trimesh.Trimesh(points * size + low, net, process=False)
         if mesh.is_volume and abs(mesh.volume / enclosed_volume(vertices, faces) - 1) < MAX_VOLUME_LOSS:
             return np.asarray(mesh.vertices), np.asarray(mesh.faces)
     return vertices, faces
-
-
-def _remeshed(vertices: np.ndarray, faces: np.ndarray, edge: float, feature: float) -> tuple[np.ndarray, np.ndarray]:
-    """Remesh isotropically, as the engine does for its own bodies (Botsch and Kobbelt, 2004).
-
-    Edges that are bent by more than `feature` [deg] stay.
-    """
-    pymeshlab = import_module("pymeshlab")  # its names are created when it is loaded
-
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(vertex_matrix=vertices, face_matrix=faces))
-    meshes.meshing_isotropic_explicit_remeshing(targetlen=pymeshlab.PureValue(edge), iterations=6, featuredeg=feature)
-    mesh = meshes.current_mesh()
-    return mesh.vertex_matrix(), mesh.face_matrix()
 
 
 def _sharpest(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
