@@ -321,8 +321,10 @@ def test_a_loop_that_goes_on_recalls_a_run_although_the_planner_was_asked_before
     first = Attempts(tmp_path)
     first.minutes_left(ran, 30.0)
     first.keep(ran)
-    again, second = Attempt(1, "text", "x"), Attempts(tmp_path)
+    again, second = Attempt(1, "text before the decision", "x"), Attempts(tmp_path)
     second.minutes_left(again, 9.0)
+    second.keep(again)  # the decision is carried out on it
+    again.text = "text"
     assert second.recall(again)
     assert (again.state, again.run, again.wall, again.took) == ("finished", "runs/a", 30.0, 50.0)
 

@@ -64,7 +64,7 @@ def test_a_run_that_is_only_judged_again_is_not_taken_for_a_quick_one(
 
 def test_what_lacks_its_pictures_is_run_again_from_its_own_text(tmp_path: Path) -> None:
     attempts, kept = Attempts(tmp_path), Attempt(1, CASE.replace("dt: 0.005", "dt: 0.001"), "x", coarse_text=CASE)
-    kept.pictures, kept.state = ["frames.png"], "finished"
+    kept.pictures, kept.state, kept.run = ["frames.png"], "finished", "runs/a"
     attempts.keep(kept)
     again = Attempt(1, CASE, "x")
     assert not attempts.recall(again)

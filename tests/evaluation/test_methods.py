@@ -209,6 +209,7 @@ def test_the_digest_is_of_the_installed_genesis() -> None:
         "FEMEntity.get_state(",
         "FEMEntity.set_vertex_constraints(",
         "scene.rigid_solver.add_weld_constraint(",
+        "PBDEntity.fix_particles_to_link(",
     ):
         assert name in digest
     for line in digest.splitlines():

@@ -72,7 +72,9 @@ class Attempts:
         return self.folder / f"{number:02}"
 
     def keep(self, attempt: Attempt) -> None:
-        """Write an attempt's files."""
+        """Write an attempt's files; not before it is run or refused, since a resumed loop may recall what is there."""
+        if not (attempt.run or attempt.problems):
+            return
         folder = self.folder_of(attempt.number)
         folder.mkdir(parents=True, exist_ok=True)
         write_atomically(folder / "case.yaml", attempt.text)
@@ -90,8 +92,7 @@ class Attempts:
         if len(estimates) <= asked:
             estimates.append(now)
             # Not in attempt.json, which may hold results that a resumed loop is about to recall.
-            self.folder_of(attempt.number).mkdir(parents=True, exist_ok=True)
-            write_atomically(self.folder_of(attempt.number) / "minutes.json", json.dumps(estimates) + "\n")
+            write_json(self.folder_of(attempt.number) / "minutes.json", estimates)
         self._asked[attempt.number] += 1
         return estimates[asked]
 

@@ -59,7 +59,16 @@ SKIPPED = (
     "ToolOptions",
     "ViewerOptions",
 )
-UNDOCUMENTED = ("__init__", "get_state", "add_weld_constraint", "delete_weld_constraint")
+UNDOCUMENTED = (
+    "__init__",
+    "get_state",
+    "add_weld_constraint",
+    "delete_weld_constraint",
+    "fix_particles_to_link",
+    "set_dofs_armature",
+    "set_dofs_damping",
+    "set_dofs_stiffness",
+)
 """Methods that programs need and that have no docstring, at least in one class."""
 _BOOKKEEPING = re.compile(r"init_.*|.*_grads?|.*_ckpt|process_input|sample|instantiate")
 """Methods with docstrings that the engine calls itself."""
