@@ -86,6 +86,6 @@ class History:
         # The run of an attempt that was a trial before takes no time.
         longest = max(self.made[-RECENT_RUNS:], key=lambda one: one.took, default=attempt)
         if longest.took:
-            took = f"took {longest.took:.0f} s to its next letter, of which {longest.pace:.3g} s per simulated second"
-            words.append(f"attempt {longest.number} {took}, the rest for start, judging and pictures")
+            took = f"attempt {longest.number} took {longest.took:.0f} s, with start, judging and pictures"
+            words.append(f"{took}; it simulated a second in {longest.pace:.3g} s")
         return "; ".join(words) + ".", minutes
