@@ -61,7 +61,9 @@ def test_what_a_run_takes_is_told_as_it_was_measured_once_there_was_one(tmp_path
         examined.warnings = [guess]
         made._considered(Attempt(2, CASE, "x"), examined)
     assert len(asked) == 1, "a guess is not told when it is known"
-    assert "attempt 1 took 58 s, with start, judging and pictures; it simulated a second in 2.5 s" in made.history.left()
+    assert (
+        "attempt 1 took 58 s, with start, judging and pictures; it simulated a second in 2.5 s" in made.history.left()
+    )
 
 
 @pytest.mark.parametrize(("minutes", "told"), [(1.5, 0), (2.5, 1)])

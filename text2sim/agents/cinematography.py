@@ -8,7 +8,7 @@ until it is good enough or the rounds are used up.
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from math import asin, degrees, hypot
+from math import asin, degrees, hypot, sqrt
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -316,7 +316,8 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
         ("film", f"{number}: {frame.k / filming.fps:.2f} s", Pictures.fromarray(picture))
         for number, (frame, picture) in enumerate(zip(few.frames, filming.pictures(few, paths), strict=True), 1)
     ]
-    return sheet_png(contact_sheet(thumbnails, width=STILL_WIDTH, columns=2)), len(thumbnails)
+    columns = max(2, round(sqrt(len(thumbnails) * tall / wide)))  # a sheet that is nearly square is shrunk least
+    return sheet_png(contact_sheet(thumbnails, width=STILL_WIDTH, columns=columns)), len(thumbnails)
 
 
 def recorded_text(recording: Any) -> str:

@@ -13,6 +13,7 @@ from text2sim.agents.journal import Emit
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.endpoint import Endpoint
 from text2sim.agents.models.exchange import Image, Message, ModelRequest, StoppedError
+from text2sim.agents.models.fences import with_last_fence
 from text2sim.agents.models.mailbox import Mailbox
 from text2sim.agents.models.parsing import ReplyError, read_reply
 from text2sim.agents.models.tokens import PromptPrefixes
@@ -211,7 +212,7 @@ class Conversation:
         self.account.add(role, self.attempt, reply, again)
         tokens = reply.tokens_in + reply.tokens_out
         self._emit("answered", live=True, role=role, number=number, tokens=tokens, seconds=reply.seconds)
-        return reply.text
+        return reply.text if reply.truncated else with_last_fence(reply.text)
 
     def _gives_up(self) -> bool:
         return self._stop() or self._budget.over(self._overtime) is not None

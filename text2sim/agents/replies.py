@@ -16,7 +16,7 @@ SECTIONS = ("scene", "bodies", "actions", "render")
 Owner = Literal["scene", "bodies", "actions", "render"]
 Where = Literal["scene", "bodies", "actions", "render", "plan"]
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,47}$")]
-MAX_LINE_LENGTH = 2_000
+MAX_LINE_LENGTH = 4_000
 Line = Annotated[str, StringConstraints(max_length=MAX_LINE_LENGTH)]
 Lines = Annotated[list[Line], Field(max_length=60)]
 ChangedLines = Annotated[dict[Annotated[int, Field(ge=1, le=60)], Line | None], Field(max_length=60)]

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from text2sim.agents.models.fences import with_last_fence
 from text2sim.agents.models.parsing import MAX_REPLY_LENGTH, ReplyError, read_reply
 
 FENCE = "```"
@@ -168,3 +169,12 @@ def test_whatever_comes_is_data_or_a_reply_error(text: str) -> None:
     with suppress(ReplyError):
         data = read_reply(text).data
     assert isinstance(data, dict | list)
+
+
+@pytest.mark.parametrize("fence", ["```", "~~~~", "  ```"])
+def test_a_complete_reply_may_lack_its_last_fence(fence: str) -> None:
+    before = f"So.\n```yaml\na: 0\n```\nNo, so:\n{fence}yaml\na: 1"
+    assert with_last_fence(before) == f"{before}\n{fence}"
+    assert read_reply(with_last_fence(before))[0] == {"a": 1}
+    for whole in ("no block", f"{before}\n{fence}"):
+        assert with_last_fence(whole) == whole

@@ -57,6 +57,15 @@ def fenced_blocks(reply: str) -> list[FencedBlock]:
     return blocks
 
 
+def with_last_fence(reply: str) -> str:
+    """Return a complete reply with the fence that its last block lacks; models forget it at the end."""
+    blocks = fenced_blocks(reply)
+    if not blocks or blocks[-1].closed:
+        return reply
+    opened = _FENCE.fullmatch(_LINES.split(reply)[blocks[-1].line - 2])
+    return f"{reply.rstrip()}\n{opened[1]}{opened[2]}" if opened is not None else reply
+
+
 def bare_block(reply: str) -> FencedBlock | None:
     """Return the data of a reply without fences: the lines left after removing prose before and after."""
     lines = _LINES.split(reply)
