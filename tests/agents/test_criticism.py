@@ -144,6 +144,8 @@ def test_a_request_is_taken_apart_and_looked_through_again(tmp_path: Path) -> No
 def test_a_short_wish_is_its_own_requirement() -> None:
     assert list(requirements_of_change("make the lid blue", lambda: {})) == ["wish"]
     assert requirements_of_change("word " * 30, lambda: REQUIRED) == REQUIRED
+    wish = "蓋を青くして、箱を二倍の大きさにし、球は赤い縞模様にして、" * 4  # no spaces
+    assert requirements_of_change(wish, lambda: REQUIRED) == REQUIRED
     assert requirements_of_change("盒子的盖子是红色的" * 300, lambda: REQUIRED) == REQUIRED
 
 

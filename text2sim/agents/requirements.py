@@ -10,12 +10,12 @@ from pydantic import Field
 
 from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed_parser
 from text2sim.agents.models.exchange import Image, ModelError, StoppedError
-from text2sim.agents.replies import MAX_LINE_LENGTH, Answer, Line, Name
+from text2sim.agents.replies import Answer, Line, Name
 from text2sim.agents.roles import ROLES, render, system_prompt
 
 MAX_REQUIREMENTS = 24
-SHORT_WISH = 12
-"""Largest number of words of a change request that counts as a single requirement."""
+SHORT_WISH, SHORT_WISH_LENGTH = 12, 100
+"""Largest numbers of words, and of characters, of a change request that counts as a single requirement."""
 
 
 class Requirement(Answer):
@@ -88,7 +88,7 @@ def extract_requirements(chat: Conversation, text: str, images: tuple[Image, ...
 
 def requirements_of_change(text: str, extract: Callable[[], dict[str, Requirement]]) -> dict[str, Requirement]:
     """Return the requirements of a change request; a short one is its own requirement."""
-    if len(text.split()) <= SHORT_WISH and len(text) <= MAX_LINE_LENGTH:  # some scripts have no spaces
+    if len(text.split()) <= SHORT_WISH and len(text) <= SHORT_WISH_LENGTH:  # some scripts have no spaces
         return {"wish": Requirement(what=text, importance=5)}
     return extract()
 
