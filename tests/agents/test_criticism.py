@@ -13,7 +13,7 @@ from text2sim.agents.criticism import Exhibit, criticise, decision_to_film
 from text2sim.agents.facts import Fact
 from text2sim.agents.judgement import Critique, Mark
 from text2sim.agents.planning import Request
-from text2sim.agents.replies import CasePlan
+from text2sim.agents.replies import MAX_LINE_LENGTH, CasePlan
 from text2sim.agents.requirements import Requirement, extract_requirements, requirements_of_change, weighted_score
 from text2sim.agents.run_summary import attempts_table, evidence_text, judgement_text, to_decide_by
 
@@ -52,12 +52,12 @@ def test_a_case_passes_only_with_every_requirement_met(tmp_path: Path) -> None:
 
 def test_requirements_of_any_form_are_judged(tmp_path: Path) -> None:
     two_lines = Requirement(what="the lid is red\nand shines")
-    request = Request("A red lid.", requirements={"red": two_lines, "opens": Requirement(what="long " * 399)})
+    request = Request("A red lid.", requirements={"red": two_lines, "opens": Requirement(what="long " * 799)})
     reply = f"seen: It opens.\nverdict: pass\nrequirements: {{opens: [0, 'frame:1', {'why ' * 100}]}}"
     found, model = judged(tmp_path, reply, "requirements: {}", request=request)
     assert "- `red` (3): the lid is red\nand shines\n- `opens` (3): long" in model.questions("critic")[0]
     assert [failure.what[:14] for failure in found.failures] == ["not met: long ", "not marked: th"]
-    assert len(found.failures[0].what) == 2000
+    assert len(found.failures[0].what) == MAX_LINE_LENGTH
 
 
 def test_what_is_half_met_belongs_to_the_section_that_is_patched(tmp_path: Path) -> None:
