@@ -205,11 +205,22 @@ class TestRepeats:
             f"brick: {{{BRICK}, repeat: {{kind: line, count: 2, step: [1, 0, 0]}},"
             " place: {on: floor, at: [0, 0], euler_deg: [0, '${90 * i}', 0]}}"
         ])  # fmt: skip
-        # Both hang at one height: the wall of the pattern stands on the lowest point of the second copy.
+        # The pattern is level, so each stands on the floor: one lies, the other is upright.
         assert [c.pos for c in copies["brick"]] == [
-            pytest.approx((-0.5, 0, 0.12)),
+            pytest.approx((-0.5, 0, 0.035)),
             pytest.approx((0.5, 0, 0.12)),
         ]
+
+    def test_copies_of_different_heights_each_stand_on_what_is_below(self):
+        copies = place([
+            "bench: {kind: rigid, shape: {kind: box, size: [0.2, 1, 0.1]}, place: {on: floor, at: [0.5, 0]}}",
+            "post: {kind: rigid, shape: {kind: box, size: [0.02, 0.02, '${0.1 + 0.1 * i}']},"
+            " repeat: {kind: line, count: 3, step: [0.5, 0, 0]}, place: {on: floor, at: [0.5, 0], offset: [0, 0, 0.01]}}",
+            "peg: {kind: rigid, shape: {kind: box, size: [0.02, 0.02, '${0.1 + 0.1 * i}']},"
+            " repeat: {kind: line, count: 2, step: [0, 0.1, 0.05]}, place: {on: bench}}",
+        ])  # fmt: skip
+        assert [c.pos[2] for c in copies["post"]] == [pytest.approx(0.06 + 0.05 * k) for k in range(3)]
+        assert [c.pos[2] for c in copies["peg"]] == pytest.approx([0.15, 0.2]), "a pattern that rises stays as it is"
 
     def test_a_packing_lies_in_its_region(self):
         text = "repeat: {kind: packing, count: 20, region: {kind: box, min: [0, 0, 0], max: [1, 1, 1]}}"

@@ -1,7 +1,7 @@
 """Placement of the copies of one body: each by itself, or all together as a pattern."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -11,7 +11,7 @@ from text2sim.compiler.placing.footing import face_under
 from text2sim.compiler.placing.group import PlacedGroup
 from text2sim.compiler.placing.patterns import Variables, pattern_middle
 from text2sim.compiler.placing.place_error import PatternError, PlaceError
-from text2sim.compiler.placing.relations import settle
+from text2sim.compiler.placing.relations import height_on, settle
 from text2sim.compiler.placing.spread import spread
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
@@ -35,6 +35,8 @@ from text2sim.spec_schema.names.selectors import parse_selector
 
 COPYWISE_KEYS = ("at", "inset", "direction", "align", "clearance", "offset")
 """Keys of a place, besides its relation: if one differs from copy to copy, copies are placed one by one."""
+LEVEL = 1e-9
+"""Difference of heights [m] that counts as none."""
 _MAX_ROUNDS = 40
 _FACING_TOLERANCE = 1e-12
 """Largest angle [rad] between the direction in which a copy faces and that of its target."""
@@ -213,7 +215,30 @@ def _arranged(entry: PlacementEntry, spots: list[CopySpot], targets: PlacementTa
         spots = [spot._replace(pos=quat_rotate(lean, spot.pos)) for spot in spots]
         middle = quat_rotate(lean, middle)
     shift = settle(place, PlacedGroup(spots, targets.sizes), goal, middle, ringed=_ringed(entry))
-    return [_move_spot(spot, shift) for spot in spots]
+    spots = [_move_spot(spot, shift) for spot in spots]
+    alike = all(model is entry.models[0] for model in entry.models)
+    return spots if alike or place.relation != "on" else _let_down(place, spots, goal, targets.sizes)
+
+
+def _let_down(place: Place, spots: list[CopySpot], goal: PlacedGroup, sizes: Sizes) -> list[CopySpot]:
+    """Return the copies of a level pattern, each where it stands; as a group, only the one that reaches lowest does."""
+    alone = [PlacedGroup([spot], sizes) for spot in spots]
+    below = [group.lowest(Z_AXIS) - spot.pos[2] for group, spot in zip(alone, spots, strict=True)]
+    if _spread(spot.pos[2] for spot in spots) > LEVEL or _spread(below) <= LEVEL:
+        return spots
+    found = []
+    for group, spot in zip(alone, spots, strict=True):
+        try:
+            drop = height_on(place, group, goal, 0.0, 0.0) + place.offset[2]
+        except PlaceError:  # it stands beside the goal, held by its pattern
+            drop = 0.0
+        found.append(_move_spot(spot, (0.0, 0.0, min(drop, 0.0))))
+    return found
+
+
+def _spread(values: Iterable[float]) -> float:
+    found = list(values)
+    return max(found) - min(found)
 
 
 def _in_frames(entry: PlacementEntry, spots: list[CopySpot], targets: PlacementTargets) -> list[CopySpot]:

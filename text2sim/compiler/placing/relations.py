@@ -60,7 +60,7 @@ def settle(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec,
 def _stand(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec) -> Vec:
     if place.relation == "inside":
         return _stand_inside(place, subject, target, middle)
-    height: Height = {"on": _height_on, "above": _above, "below": _height_below}[place.relation]
+    height: Height = {"on": height_on, "above": _above, "below": _height_below}[place.relation]
     if isinstance(place.at, BodyRegion):
         x, y = footing(place, subject, target, middle, lambda x, y: height(place, subject, target, x, y))
     else:
@@ -121,7 +121,19 @@ def _plane_height(plane: CopySpot, subject: PlacedGroup, x: float, y: float, gap
     return (edge - nx * x - ny * y) / nz
 
 
-def _height_on(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y: float) -> float:
+def height_on(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y: float) -> float:
+    """Return the shift in z [m] that lets a group down on another until it touches.
+
+    Args:
+        place: The relation `on`, with its clearance.
+        subject: What is placed, where it is now.
+        target: What it is placed on.
+        x: Shift in x [m].
+        y: Shift in y [m].
+
+    Raises:
+        PlaceError: if it falls past the target.
+    """
     gap = place.clearance
     heights = [_plane_height(plane, subject, x, y, gap, "on") for plane in target.planes]
     if target.members:
