@@ -302,9 +302,9 @@ SI units (m, kg, s, N, rad); degrees only where a field ends in `deg`. z is up, 
 are (w, x, y, z). A positive turn about y carries the +x side down, about x the +y side up, about z +x towards +y.
 Names are of letters, digits and `_`. Unknown fields are errors; `*` marks required ones.
 `${…}` is arithmetic over `params`: + - * / // % **, comparisons, `a if c else b`, `list[0]`, sin, cos, tan, asin, acos,
-atan2, sqrt, abs, min, max, radians, degrees, pi. In copies of bodies (`repeat`) also `i`, `n`, `u` (0 to 1), `row`,
-`column`, `layer`; in whatever else repeats only `k`. Selectors: `brick` or `brick[*]` every copy, `brick[3]`,
-`brick[2:5]`, `arm.hand` a link or joint, in `of` also a list."""
+atan2, sqrt, abs, min, max, radians, degrees, pi. In copies (`repeat`) also `i`, `n`, `u` (0 to 1), `row`, `column`,
+`layer`; in other repeats `k`. Selectors: `brick` or `brick[*]` every copy, `brick[3]`, `brick[2:5]`, `arm.hand` a
+link or joint, in `of` also a list."""
 _JOINT_RULES = """ The joint of a rigid body on a hinge or slider goes by the body's name, that of an articulated
 body by its link; its position counts from the start."""
 _JOINTLESS_READERS = ("scene", "render")

@@ -251,7 +251,8 @@ def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
             found -= set(language.measured_kinds()) - set(re.findall(r"`([a-z_]+)`", plan.briefs.get("actions", "")))
             parts = {part for word in mentioned - set(plan.bodies) for part in word.split("_")}  # of `door_spring`
             found |= {kind for kind, meant in CONTROL_WORDS.items() if {kind, *meant} & parts}
-            found |= {"release"} if "attach" in found else set()
+            denied = "release" in kind_words.kinds_in(set(re.findall(r"[a-z]+", words.lower()))) - found
+            found |= {"release"} if "attach" in found and not denied else set()
             events = {str(row.get("kind")) for row in plan.checks.events.values()}
             found |= {kind for event in events for kind in CONTROLS_OF_EVENTS.get(event, ())}
             found |= language.schedules_in_examples(found)

@@ -106,7 +106,7 @@ Open directions are centred (in height: on the same ground level), unless one of
 | `facing: table` | rotated about the vertical until +x points there |
 
 Placements can be chained: a plate on a cloth on a table. Copies from a `repeat` are placed together, as one pattern;
-copies of different heights in a level pattern each stand `on` what is below them. With brackets, as in `on: "plate[*]"`,
+copies of different heights in a level pattern each stand `on` what is below. With brackets, as in `on: "plate[*]"`,
 there is one on each: there must be as many copies as plates, and only the rotations of the pattern are used. A
 placement that differs from copy to copy (`on: "post[${i}]"`) places each separately.
 """
