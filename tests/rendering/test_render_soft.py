@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from text2sim.recording.film_record import SoftPart, SurfaceLook, read_recording
+from text2sim.recording.vectors import rotate
 from text2sim.rendering.grains import HEAPED, LOOSE, PAST_SIDE, Grains, flat_sides, heap_surface
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.soft import LiquidSurface, SoftSurface, hollows, is_clear, liquid_surface
@@ -158,6 +159,23 @@ def test_a_pattern_runs_round_a_band_without_a_break() -> None:
     places, uvs = np.array(drawn["vertex_positions"]).reshape(-1, 3), np.array(drawn["vertex_texcoords"]).reshape(-1, 2)
     long, laid = (np.linalg.norm(at[corners] - at[np.roll(corners, 1, axis=1)], axis=2) for at in (places, uvs))
     assert laid.max() < 1.2 * long.max() * (laid / long).min()
+
+
+def test_a_pattern_runs_round_a_tube_that_leans() -> None:
+    """Turned to the axes of the world, its triangles would take the pattern from one side or the other by turns."""
+    turn, high = np.meshgrid(2 * np.pi * np.arange(24) / 24, np.arange(9) / 8)
+    tube = np.column_stack([0.3 * np.cos(turn.ravel()), 0.3 * np.sin(turn.ravel()), high.ravel()])
+    k = (24 * np.arange(8)[:, None] + np.arange(24)).ravel()
+    after = (24 * np.arange(8)[:, None] + (np.arange(24) + 1) % 24).ravel()
+    faces = np.concatenate([np.c_[k, after, after + 24], np.c_[k, after + 24, k + 24]])
+    quat = np.array([np.cos(0.4), np.sin(0.4), 0.0, 0.0])
+    leaning = part("cloth", decoration=Decoration("stripes", 0.125, (0.0, 0.0, 0.0)))
+    leaning.row["quat"] = quat.tolist()
+    surface = SoftSurface("soft0", leaning, rotate(quat, tube), {"faces": faces})
+    drawn = mitsuba().traverse(surface.shapes(tube, tube)["soft0_0"])
+    places, uvs = np.array(drawn["vertex_positions"]).reshape(-1, 3), np.array(drawn["vertex_texcoords"]).reshape(-1, 2)
+    along = np.ptp(places[:, 2]) / np.ptp(uvs, axis=0)
+    assert min(np.abs(np.diff((uvs * along)[np.argsort(places[:, 2])], axis=0)).max(axis=0)) < 0.15, "one goes with z"
 
 
 def test_a_pattern_lies_on_what_deforms_as_on_a_rigid_body() -> None:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from text2sim.assets.surface import signed_volumes
 from text2sim.recording.film_record import SoftPart, SurfaceLook
+from text2sim.recording.vectors import rotate_back
 from text2sim.rendering.decorating import Layer, decorated
 from text2sim.rendering.finishes import drawn_finish, finish_of, material, needs_uvs
 from text2sim.rendering.grains import Grains
@@ -65,12 +66,13 @@ class SoftSurface:
         self._faces = shell.faces.astype(np.int64)
         self._corners: NDArray[np.integer] = np.arange(len(shell.sources))
         uvs = None if uvs is None else self._unrolled(uvs)
+        upright = rotate_back(np.array(part.row.get("quat", (1.0, 0, 0, 0))), at_rest)  # patterns lie in its own frame
         layer, textured = None, any(needs_uvs(one.finish) for one in (look, *filter(None, part.parts)))
         if picture is None and look.decoration is not None:
-            flat = self._metric(at_rest, uvs) if part.kind == "cloth" and uvs is not None else None
-            uvs, layer = self._decorated(at_rest, flat, look, textured=textured)
+            flat = self._metric(upright, uvs) if part.kind == "cloth" and uvs is not None else None
+            uvs, layer = self._decorated(upright, flat, look, textured=textured)
         elif picture is None and textured:
-            uvs = self._metric(at_rest, uvs)
+            uvs = self._metric(upright, uvs)
         self._finer = None
         if part.kind == "cloth":
             places = np.unique(np.round(at_rest, 7), axis=0, return_inverse=True)[1].ravel()
@@ -144,7 +146,7 @@ class SoftSurface:
         """Return texture coordinates in metres for a pattern, and the layer, which deforms with the body.
 
         Args:
-            at_rest: Vertices at rest [m].
+            at_rest: Vertices at rest [m], turned as in the body's own frame.
             flat: Their positions in the flat cloth [m].
             look: The look, with the pattern.
             textured: Whether a finish of the body has a texture, which uses the same texture coordinates.
