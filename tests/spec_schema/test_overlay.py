@@ -213,6 +213,7 @@ def test_single_values_come_last_in_their_order():
         ("bodies.new.height=3", 8, "there is no `new` in `bodies`", None),
         ("bodies.new=3", 8, "there is no `new` in `bodies`", None),
         ("body.ball=3", 1, "`body` cannot be changed, only prompt, params", "bodies"),
+        ("mass_of_it=3", 1, "waive; a parameter is `params.mass_of_it`", None),
         ("name=x", 1, "`name` cannot be changed", None),
         ("params.sped=2", 8, "there is no `sped` in `params`; there are speed, side", "speed"),
         ("bodies.box.shape.size[3]=2", 23, "has 3 items, the last is bodies.box.shape.size[2]", None),

@@ -188,7 +188,7 @@ def _of_prefab(step: str, value: Any, path: Path, interfaces: PrefabInterfaces) 
 
 def _unknown_step(step: str, here: str, known: list[str], named: bool) -> str:
     if here == "a case":
-        return f"`{step}` cannot be changed, only {', '.join(known)}"
+        return f"`{step}` cannot be changed, only {', '.join(known)}; a parameter is `params.{step}`"
     if named:
         return f"there is no `{step}` in {here}{there_are(known, 40)}"
     return f"unknown key `{step}`; {here} takes {', '.join(known)}"
