@@ -17,7 +17,7 @@ PAGE = (HERE.parents[1] / "docs" / "evaluation_results.md").read_text("utf-8")
 PROMPTS = read_suite(HERE / "recorded" / "user_requests.yaml")[0].prompts
 INTERRUPTED = ("awning_melons", "wobble_towers")
 COUNTED = [prompt for prompt in PROMPTS if prompt not in INTERRUPTED]
-FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST = (
+FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST, CROWDED = (
     COUNTED[4:9],
     COUNTED[9:12],
     COUNTED[12:14],
@@ -25,7 +25,8 @@ FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST = (
     COUNTED[19:23],
     COUNTED[23:26],
     COUNTED[26:29],
-    COUNTED[29:],
+    COUNTED[29:33],
+    COUNTED[33:],
 )
 METHODS, KINDS = ("text2sim-with-cards", "agent-no-cards"), ("physical", "visual")
 AGAIN = {"three_joined_vessels": "film traced again", "band_bundles_tubes": "played again"}
@@ -65,6 +66,7 @@ def test_means_and_differences_are_those_of_the_page():
         "three after those": NEXT,
         "three letter by letter": LETTERS,
         "newest four": NEWEST,
+        "crowded three": CROWDED,
     }
     for name, some in (parts | {"user requests": COUNTED}).items():
         found = [estimate([mark(p, METHODS[0], kind) - mark(p, METHODS[1], kind) for p in some]) for kind in KINDS]
@@ -114,4 +116,9 @@ def test_what_was_marked_below_one():
         *(("stilts_in_sand", ours, f"action.{name}") for name in ("deep", "carried", "funnel", "rolls", "prints")),
         *(("stilts_in_sand", ours, name) for name in ("scene.sandbox", "body.grains", "render.low_light")),
         *(("three_clocks_falling_weights", ours, name) for name in ("render.front", "render.claws")),
+        *(("mattress_block_or_pockets", ours, f"action.{name}") for name in ("lowered", "heaves", "picked", "flat")),
+        ("mattress_block_or_pockets", ours, "render.low_front"),
+        ("fire_escape_tube", bare, "action.cones"),
+        *(("fire_escape_tube", ours, f"action.{name}") for name in ("cones", "child", "empty")),
+        *(("fire_escape_tube", ours, f"render.{name}") for name in ("oblique", "stripes")),
     }
