@@ -215,6 +215,7 @@ def test_what_is_meant_is_taken_where_only_the_form_is_off() -> None:
     marks = {"seen": ["A ball.", "It rolls."], "content": 1, "clarity": 2, "polish": 3, "appeal": 4}
     assert Marks.model_validate(marks).seen == "A ball. It rolls."
     broken = [{4: "the pole is cut off"}, {"in the middle": "it stands at the left"}, "from above"]  # lines with colons
-    rows = ["4: the pole is cut off", "in the middle: it stands at the left", "from above"]
+    broken.append({"the left one": None})
+    rows = ["4: the pole is cut off", "in the middle: it stands at the left", "from above", "the left one:"]
     assert Marks.model_validate(marks | {"broken": broken}).broken == rows
     assert plan.assets[0].body == "crane"

@@ -42,7 +42,11 @@ def test_a_small_file_is_read_here_and_a_large_one_elsewhere(tmp_path: Path) -> 
 
 @pytest.mark.parametrize(
     ("wish", "words"),
-    [("refuse", "is not to be read"), ("hoard", "needs more than 4 GB"), ("die", "crashes its reader (signal 6")],
+    [
+        ("refuse", "is not to be read"),
+        ("hoard", "needs more than 4 GB"),
+        ("die", "crashes the library that works on it (signal 6"),
+    ],
 )
 def test_a_reader_that_fails_is_a_refusal(tmp_path: Path, wish: str, words: str) -> None:
     (tmp_path / "mesh.obj").write_bytes(b"")

@@ -62,7 +62,7 @@ def _as_text(row: Any) -> Any:
     if isinstance(row, dict) and len(row) == 1:
         ((before, after),) = row.items()
         if not isinstance(after, dict | list):
-            return f"{before}: {after}"
+            return f"{before}: {'' if after is None else after}".rstrip()
     return row
 
 

@@ -1,4 +1,4 @@
-"""Calls that read untrusted files, in a child process with limits of memory and time.
+"""Calls of foreign libraries, above all with untrusted files, in a child process with limits of memory and time.
 
     python -m text2sim.assets.confined MODULE FUNCTION SECONDS MEMORY
 
@@ -76,11 +76,11 @@ def call_in_child(
             timeout=patience, check=False,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
-        raise AssetError(f"takes more than {patience:.0f} s to read: make it simpler") from None
+        raise AssetError(f"takes more than {patience:.0f} s to work on: make it simpler") from None
     if done.returncode == -24:  # SIGXCPU, which not every system names
-        raise AssetError(f"takes more than {seconds} s to read: make it simpler")
+        raise AssetError(f"takes more than {seconds} s to work on: make it simpler")
     if done.returncode:
-        raise AssetError(f"crashes its reader ({end_of(done)})")
+        raise AssetError(f"crashes the library that works on it ({end_of(done)})")
     result, refusal = pickle.loads(done.stdout)
     if refusal is not None:
         raise AssetError(refusal)
@@ -113,7 +113,7 @@ def _main(module: str, name: str, seconds: int, memory: int) -> None:
     except AssetError as error:
         refusal = str(error)
     except MemoryError:
-        refusal = f"cannot be read: it needs more than {memory // 1024**3} GB of memory"
+        refusal = f"needs more than {memory // 1024**3} GB of memory: make it simpler"
     with results:
         results.write(pickle.dumps((result, refusal)))
 

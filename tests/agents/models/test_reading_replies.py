@@ -176,5 +176,5 @@ def test_a_complete_reply_may_lack_its_last_fence(fence: str) -> None:
     before = f"So.\n```yaml\na: 0\n```\nNo, so:\n{fence}yaml\na: 1"
     assert with_last_fence(before) == f"{before}\n{fence}"
     assert read_reply(with_last_fence(before))[0] == {"a": 1}
-    for whole in ("no block", f"{before}\n{fence}"):
+    for whole in ("no block", f"{before}\n{fence}", f"<think>\n```\n</think>\n{before}\n{fence}"):
         assert with_last_fence(whole) == whole

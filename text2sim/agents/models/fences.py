@@ -59,10 +59,11 @@ def fenced_blocks(reply: str) -> list[FencedBlock]:
 
 def with_last_fence(reply: str) -> str:
     """Return a complete reply with the fence that its last block lacks; models forget it at the end."""
-    blocks = fenced_blocks(reply)
+    answer = without_thoughts(reply)
+    blocks = fenced_blocks(answer)
     if not blocks or blocks[-1].closed:
         return reply
-    opened = _FENCE.fullmatch(_LINES.split(reply)[blocks[-1].line - 2])
+    opened = _FENCE.fullmatch(_LINES.split(answer)[blocks[-1].line - 2])
     return f"{reply.rstrip()}\n{opened[1]}{opened[2]}" if opened is not None else reply
 
 
