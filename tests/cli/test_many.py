@@ -33,3 +33,12 @@ def test_a_store_goes_with_a_cluster(cli: Cli, case: Path) -> None:
     answer = cli("run", case, "--store", "x")
     assert answer.code == 2
     assert "needs --ray" in answer.err
+
+
+def test_nothing_is_run_if_one_of_many_is_wrong_and_that_is_said(cli: Cli, tmp_path: Path) -> None:
+    write_case(tmp_path / "cases/good", CASE)
+    write_case(tmp_path / "cases/bad", CASE.replace("sphere", "spere"))
+    answer = cli("run", "cases")
+    assert answer.code == 2
+    assert "nothing was run: 1 of 2 cases have errors" in answer.err
+    assert not (tmp_path / "runs").exists()

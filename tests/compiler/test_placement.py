@@ -239,7 +239,7 @@ class TestProblems:
             (f"{BALL}, place: {{on: 'table[3]'}}", "/place/on", "none of the 1 copies"),
             (f"{BALL}, place: {{on: table, at: [9, 9]}}", "/place/at", "nowhere under it"),
             (f"{BALL}, place: {{inside: table}}", "/place/inside", "one solid piece"),
-            (f"{TILE}, place: {{inside: cup}}", "/place/inside", "does not fit"),
+            (f"{TILE}, place: {{inside: cup}}", "/place/inside", r"takes 0.5 × 0.5 × [0-9.]+ m along x, y and z, `cup` 0.6 × 0.6 × 0.4 m"),
             (f"{BALL}, place: {{inside: cup, at: [-2, 0]}}", "/place/at", "does not fit"),
             (f"{BALL}, place: {{left_of: floor}}", "/place/left_of", "no sides"),
             (f"{BALL}, place: {{left_of: table, at: [0, 0]}}", "/place/at", "no effect"),

@@ -1,5 +1,6 @@
 """The command `text2sim run`."""
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -8,7 +9,7 @@ import typer
 
 from text2sim.cli.many import Ray, StoreUrl, Workers, attempts, where_of
 from text2sim.cli.options import AsJson, Sets, Variants, overlay_of, with_options
-from text2sim.cli.output import say_json
+from text2sim.cli.output import say, say_json
 from text2sim.cli.verdict import exit_of, say_result
 from text2sim.service import exits
 
@@ -92,6 +93,8 @@ def run_cases(
             say_json({"ok": False, "runs": [row.as_dict() for row in rows]})
         for row in () if as_json else rows:
             say_examined(row)
+        if len(rows) > 1 and not as_json:
+            say(f"nothing was run: {sum(not row.ok for row in rows)} of {len(rows)} cases have errors", to=sys.stderr)
         raise typer.Exit(max(row.exit for row in rows))
 
     code, documents = exits.OK, []

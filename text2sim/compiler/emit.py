@@ -189,7 +189,8 @@ def _format(texts: dict[str, str]) -> dict[str, str]:
         for name, path in paths.items():
             with naming(path):
                 path.write_text(texts[name], "utf-8")
-        command = [sys.executable, *"-m ruff format --isolated --no-cache --line-length=120".split()]
+        # -P: a `ruff.py` in the working directory, which may be anyone's, is not ruff.
+        command = [sys.executable, *"-P -m ruff format --isolated --no-cache --line-length=120".split()]
         done = subprocess.run([*command, *map(str, paths.values())], capture_output=True, check=False)
         if done.returncode:
             complaint = done.stderr.decode().replace(folder, "").strip()

@@ -124,7 +124,7 @@ def run(engine: str, folder: Path, stop: Stop) -> list[Compared]:
 
 
 def _trial(engine: str, folder: Path, out: Path, step: float, stop: Stop) -> tuple[float, int]:
-    command = [sys.executable, "-m", MODULE, engine, str(folder.absolute()), str(out), repr(step)]
+    command = [sys.executable, "-P", "-m", MODULE, engine, str(folder.absolute()), str(out), repr(step)]
     log = out / "log.txt"
     ended = run_child(
         command, folder=Path.cwd(), log=log, limits=Limits(timeout=TIMEOUT), stop=stop, on_poll=lambda: None

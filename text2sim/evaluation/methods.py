@@ -284,7 +284,7 @@ def _run_text2sim(
     The command ends with this process, also when that is asked to stop by SIGTERM.
     """
     with log.open("ab") as sink, Stop():
-        command = [sys.executable, "-m", "text2sim", *arguments]
+        command = [sys.executable, "-P", "-m", "text2sim", *arguments]
         done = subprocess.run(
             command, stdout=subprocess.PIPE, stderr=sink, text=True, check=False, env=os.environ | variables
         )

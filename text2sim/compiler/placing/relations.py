@@ -249,4 +249,12 @@ def _inside(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y
             if not _walled(subject, target, (x, y, z)):
                 raise PlaceError(f"`{place.target}` has no inside there: no walls surround the place", "inside")
             return z + place.clearance
-    raise PlaceError(f"it does not fit into `{place.target}` there", _blamed(place))
+    message = (
+        f"it does not fit into `{place.target}` there: it takes {_extents(low, high)} m along x, y and z,"
+        f" `{place.target}` {_extents(bottom, top)} m from outside"
+    )
+    raise PlaceError(message, _blamed(place))
+
+
+def _extents(low: Vec, high: Vec) -> str:
+    return " × ".join(f"{high[k] - low[k]:.3g}" for k in range(3))
