@@ -99,7 +99,9 @@ def test_a_case_without_expectations_is_not_named(assets: Path) -> None:
 def test_a_drive_after_the_end(assets: Path) -> None:
     late = "actions: {controls: {push: {position: {kind: ramp, to: 0.5, start: 4, end: 5}}}}"
     assert findings(assets, "after-end", MOTOR, late)
-    assert not findings(assets, "after-end", MOTOR, late, "scene: {duration: 4.5}")
+    (unfinished,) = findings(assets, "after-end", MOTOR, late, "scene: {duration: 4.5}")
+    assert "gets to its last value at 5 s, after the end of the run (4.5 s)" in unfinished.message
+    assert not findings(assets, "after-end", MOTOR, late, "scene: {duration: 5}")
 
 
 def test_where_a_region_is_carried_to_nobody_knows(assets: Path) -> None:

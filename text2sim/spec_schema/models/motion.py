@@ -119,6 +119,13 @@ def start_of(schedule: Schedule) -> float:
     return 0.0
 
 
+def end_of(schedule: Schedule) -> float:
+    """Return the time [s] at which a schedule reaches its last value; 0 of one that has no last value."""
+    if isinstance(schedule, Ramp):
+        return schedule.end
+    return schedule.times[-1] if isinstance(schedule, Steps | Piecewise) else 0.0
+
+
 class Waypoints(Model):
     """A path through positions at given times."""
 

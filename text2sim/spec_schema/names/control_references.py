@@ -19,7 +19,7 @@ from text2sim.spec_schema.models.controls import (
     Torque,
 )
 from text2sim.spec_schema.models.fields import Airflow
-from text2sim.spec_schema.models.motion import start_of
+from text2sim.spec_schema.models.motion import end_of, start_of
 from text2sim.spec_schema.models.placed import Linked, Placed
 from text2sim.spec_schema.models.shapes import Stream
 from text2sim.spec_schema.models.soft_bodies import Beam, Rope
@@ -57,13 +57,21 @@ def check_controls(table: NameTable) -> None:
             _check_release(table, where, control)
         during = getattr(control, "during", None)
         starts = {"at": getattr(control, "at", 0.0) or 0.0, "during": during[0] if during else 0.0}
+        ends = {}
         if isinstance(control, Drive):
-            modes = {mode: getattr(control, mode) for mode in ("position", "velocity", "force")}
-            starts |= {mode: start_of(schedule) for mode, schedule in modes.items() if schedule is not None}
+            schedules = {mode: getattr(control, mode) for mode in ("position", "velocity", "force")}
+            given = {mode: schedule for mode, schedule in schedules.items() if schedule is not None}
+            starts |= {mode: start_of(schedule) for mode, schedule in given.items()}
+            ends = {mode: end_of(schedule) for mode, schedule in given.items()}
         for field, start in starts.items():
+            end = ends.get(field, 0.0)
             if start >= duration:
                 message = f"is after the end of the run ({duration:g} s)"
-                table.report((*where, field), message, "after-end", severity="warning")
+            elif end > duration:
+                message = f"gets to its last value at {end:g} s, after the end of the run ({duration:g} s)"
+            else:
+                continue
+            table.report((*where, field), message, "after-end", severity="warning")
         if during is not None and during[0] == span_of(during, duration)[1]:
             impulse = "; for an instant, use `kind: impulse`, in N s" if isinstance(control, Force) else ""
             message = f"a span from {during[0]:g} s to the same time has no time step; let it end later{impulse}"
