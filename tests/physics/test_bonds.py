@@ -37,6 +37,13 @@ bodies:
   bar: {{kind: rigid, shape: {{kind: box, size: [{SIDE}, {SIDE}, 0.05]}}, repeat: {{kind: line, count: 4, step: [{SIDE}, 0, 0], start: [-0.15, -2, 0.275]}}}}
   wide: {{kind: rigid, shape: {{kind: box, size: [{SIDE}, {SIDE}, 0.05]}}, repeat: {{kind: line, count: 2, step: [0.4, 0, 0], start: [1, 0, 1.975]}}}}
   narrow: {{kind: rigid, shape: {{kind: box, size: [{SIDE / 2}, {SIDE / 2}, 0.05]}}, pose: {{pos: [1.2, 0, 1.975]}}}}
+  gallows:
+    kind: articulated
+    pose: {{pos: [3, 0, 2]}}
+    links:
+      base: {{shape: {{kind: box, size: [0.1, 0.1, 0.1]}}}}
+      arm: {{parent: base, shape: {{kind: box, size: [0.5, 0.05, 0.05]}}, pose: {{pos: [0, 0, -0.1]}}, joint: {{kind: hinge, axis: z}}}}
+  tied: {{kind: rigid, shape: {{kind: box, size: [{SIDE}, {SIDE}, {SIDE}]}}, repeat: {{kind: line, count: 2, step: [0.4, 0, 0], start: [2.8, 0.1, 1.9]}}}}
   plate: {{kind: rigid, shape: {{kind: box, size: [0.6, 0.12, 0.05]}}, pose: {{pos: [1.2, 0, 1.925]}}}}
 actions:
   controls:
@@ -51,11 +58,14 @@ actions:
     spun_weak: {{kind: bond, of: ["spun[0]", beam], strength: {MUCH}, shear_strength: {0.95 * TWISTING}}}
     spun_strong: {{kind: bond, of: ["spun[1]", beam], strength: {MUCH}, shear_strength: {OVERSHOOT * TWISTING}}}
     glue: {{kind: bond, of: "bar[*]", strength: 120000, shear_strength: {MUCH}}}
+    tied_weak: {{kind: attach, body: "tied[0]", to: gallows.arm, strength: {0.95 * WEIGHT}}}
+    tied_strong: {{kind: attach, body: "tied[1]", to: gallows.arm, strength: {OVERSHOOT * WEIGHT}}}
   measures:
     parts: {{kind: pieces, of: "bar[*]"}}
     part: {{kind: largest_piece, of: "bar[*]"}}
   events:
     snaps: {{kind: broken, bond: glue}}
+    comes_off: {{kind: broken, bond: tied_weak}}
 """
 LOADS = {"hung": HANGING, "side": SIDEWAYS, "slid": SLIDING, "spun": TWISTING}
 
@@ -78,6 +88,19 @@ def test_a_bond_breaks_where_the_stress_exceeds_its_strength(trial, way):
     fallen = trial.pos(f"{way}[0]")[-1, 2] - trial.pos(f"{way}[0]")[0, 2]
     assert fallen < -0.9
     assert abs(trial.pos(f"{way}[1]")[-1, 2] - trial.pos(f"{way}[1]")[0, 2]) < 2e-3
+
+
+def test_an_attachment_to_a_link_breaks_at_its_force(trial):
+    weak, strong = (next(b for b in trial.states.bonds if b.control == f"tied_{kind}") for kind in ("weak", "strong"))
+    assert weak.between == ("tied[0]", "gallows.arm")
+    assert weak.broken_at is not None
+    assert trial.pos("tied[0]")[-1, 2] < 1.0
+    (off,) = find_events(trial.recording, {}).occurrences["comes_off"]
+    assert off["time"] == weak.broken_at
+    assert strong.broken_at is None
+    assert strong.area is None
+    # Its weight pulls beside the arm, and the moment does not count.
+    assert 0.98 / OVERSHOOT < strong.peak < 1.0
 
 
 def test_faces_that_share_a_load_are_stressed_alike(trial):

@@ -12,11 +12,19 @@ FLOW = {"kind": "airflow", "velocity": [3, 0, 0]}
 TOP, BACK = {"face": "top"}, {"edge": "back"}
 SAND = {"kind": "granular", "shape": {"kind": "box", "size": [0.2, 0.2, 0.2]}, "pose": {"pos": [3, -3, 1]}}
 
+HELD = {"kind": "attach", "body": "ball", "to": "nail", "strength": 5}
+FREE = {"kind": "release", "attach": "it", "at": 1}
+
 FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
     # rule, where, hint, edits
     ("not-soft", f"{CONTROL}/region", "point", {CONTROL: {**PUSH, "body": "ball", "region": TOP}}),
     ("not-soft", f"{CONTROL}/drag", None, {CONTROL: {**PUSH, "body": "ball", "drag": 2}}),
     ("not-soft", f"{CONTROL}/points", None, {CONTROL: {"kind": "attach", "body": "ball", "to": "nail", "points": 2}}),
+    ("no-strength", f"{CONTROL}/strength", None, {CONTROL: {**HELD, "body": "curtain"}}),
+    ("no-strength", f"{CONTROL}/strength", None, {CONTROL: HELD | {"at": 0.5}}),
+    ("no-strength", f"{CONTROL}/strength", None, {CONTROL: HELD | {"pivot": TOP}}),
+    ("no-strength", f"{CONTROL}/strength", None, {CONTROL: HELD, "/actions/controls/free": FREE}),
+    ("never-released", "/actions/events/off/bond", None, {"/actions/events/off": {"kind": "broken", "bond": "grip"}}),
     ("no-pivot", f"{CONTROL}/pivot", None, {CONTROL: {"kind": "attach", "body": "curtain", "to": "hook", "pivot": TOP}}),
     ("no-pivot", f"{CONTROL}/pivot", None, {CONTROL: {"kind": "attach", "body": "ball", "to": "world", "pivot": TOP}}),
     ("soft-torque", f"{CONTROL}/kind", None, {CONTROL: {"kind": "torque", "body": "jelly", "torque": [0, 0, 1]}}),
@@ -47,6 +55,7 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
 ]  # fmt: skip
 
 SILENT: list[dict[str, Any]] = [
+    {CONTROL: HELD, "/actions/events/off": {"kind": "broken", "bond": "it"}},
     {CONTROL: {**PUSH, "body": "jelly", "region": TOP, "drag": 3}},
     {CONTROL: {"kind": "impulse", "body": "jelly", "impulse": [0, 0, 1], "at": 1, "point": TOP}},
     {CONTROL: {"kind": "initial_velocity", "body": "curtain", "linear": [1, 0, 0], "angular": [0, 0, 1]}},

@@ -96,6 +96,8 @@ class Weld:
     """Point [m] in the frame of the first link about which the links turn freely; None for a rigid weld."""
     stiff: bool = False
     """Whether it gives even less than the engine's welds do."""
+    strength: float | None = None
+    """Force [N] at which it breaks; None if it holds any."""
 
 
 @dataclass(frozen=True)
@@ -124,15 +126,18 @@ class Spring:
 
 @dataclass(frozen=True)
 class FaceBond:
-    """Two bodies that are bonded at the face that they share, until the stress there is too high [Pa]."""
+    """Two bodies or links that hold together until the load is too high: the stress [Pa] at the face that they share.
+
+    One without a face breaks at a force [N].
+    """
 
     a: str
     b: str
-    center: Vec
+    center: Vec | None
     """Centre [m] of the face in the world, at the start."""
-    normal: Vec
+    normal: Vec | None
     """Unit vector from the first body to the second, likewise."""
-    area: float
+    area: float | None
     """[m2]"""
     strength: float
     shear_strength: float

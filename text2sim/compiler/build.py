@@ -10,7 +10,7 @@ from text2sim.assets.mechanism import Mechanisms
 from text2sim.compiler.action_rows import Friction
 from text2sim.compiler.belts import carriers, check_belts, lower_belts
 from text2sim.compiler.contact_materials import Restitutions, contact_damping, resists_rolling, restitutions
-from text2sim.compiler.controls import ControlRows, lower_controls, lower_motions
+from text2sim.compiler.controls import ControlRows, breaking_welds, lower_controls, lower_motions
 from text2sim.compiler.film import resolve_render, spring_looks
 from text2sim.compiler.film_cameras import check_targets
 from text2sim.compiler.grips import grips
@@ -118,7 +118,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
         velocities=tuple(rows.velocities),
         drives=tuple(rows.drives),
         wrenches=tuple(rows.wrenches),
-        welds=tuple(rows.welds),
+        welds=tuple(weld for weld in rows.welds if weld.strength is None),
         springs=tuple(rows.springs),
         prescribed=tuple(lower_motions(placed)),
         belts=lower_belts(placed),
@@ -128,7 +128,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
         fields=tuple(rows.fields),
         frictions=tuple(_frictions(loaded, placed)),
         removals=tuple(rows.removals),
-        bonds=tuple(rows.bonds),
+        bonds=(*rows.bonds, *breaking_welds(rows.welds)),
         watches=tuple(watches),
         render=resolve_render(case.render, placed, tuple(case.bodies), scene.duration, lowering.balls, points)
         | spring_looks(case.actions.controls),

@@ -3,7 +3,7 @@
 Those of deformable bodies are lowered in `soft/controls.py`.
 """
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
 
@@ -273,7 +273,15 @@ class _Lowering:
         at = NEVER_REACHED if when.at is None else when.at
         pivot = self.points.on_link(a, own.part, attach.pivot) if when is attach else None
         stiff = pivot is None and any(isinstance(copy.model, Beam) for copy in (a, b))
-        return Weld(at, when is attach, a.name, own.part, b.name, part, *origin, event, pivot, stiff)
+        return Weld(at, when is attach, a.name, own.part, b.name, part, *origin, event, pivot, stiff, attach.strength)
+
+
+def breaking_welds(welds: Sequence[Weld]) -> Iterator[FaceBond]:
+    """Yield the bonds without a face that stand for welds with a strength."""
+    for weld in welds:
+        if (force := weld.strength) is not None:
+            a, b = (".".join(filter(None, end)) for end in ((weld.a, weld.a_link), (weld.b, weld.b_link)))
+            yield FaceBond(a, b, None, None, None, force, force, weld.line, weld.control)
 
 
 def _linear_of_fragment(control: InitialVelocity, copy: Copy, copies: list[Copy]) -> Vec:

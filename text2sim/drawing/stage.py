@@ -24,7 +24,7 @@ from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeLink, tree_links
 from text2sim.drawing.meshes import Triangles, limited_surface, scale_of, solid, square, unit
 from text2sim.drawing.prop import Prop, Stage
 from text2sim.drawing.robots import urdf_visuals
-from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet, Sleeve
+from text2sim.spec_schema.models.sheets import Disc, Revolve, Ribbon, Sheet, Sleeve
 
 Rgba = tuple[float, float, float, float]
 
@@ -289,6 +289,8 @@ def cloth_surfaces(shape: Any, folder: Path) -> list[VisualMesh] | None:
         return [VisualMesh(net.vertices, net.faces, np.tile([0.0, 0.0, 1.0], (len(net.vertices), 1)))]
     if isinstance(shape, Sleeve):
         picture, bent, edge = None, True, 2 * max(shape.radii) / SHEET_CELLS
+    elif isinstance(shape, Revolve):
+        picture, bent, edge = None, True, 2 * max(radius for radius, _ in shape.profile) / SHEET_CELLS
     elif isinstance(shape, Ribbon):
         picture, bent, edge = None, True, shape.width / RIBBON_CELLS
     elif isinstance(shape, Sheet):

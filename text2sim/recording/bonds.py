@@ -10,16 +10,16 @@ MOST_BONDS = 100_000
 
 @dataclass(frozen=True)
 class BondRecord:
-    """A bond of two copies."""
+    """A bond of two copies, or of links of them."""
 
     control: str
     """Name of the control."""
     between: tuple[str, str]
-    """Names of the copies."""
+    """Their names."""
     pos: tuple[float, float, float]
     """Middle of their face [m] at the start."""
-    area: float
-    """[m2]"""
+    area: float | None
+    """[m2]; None without a face."""
     peak: float
     """Largest load, as a fraction of what breaks it."""
     peak_at: float
@@ -49,7 +49,7 @@ def _bond(row: dict) -> BondRecord:
         control=str(row["control"]),
         between=(str(a), str(b)),
         pos=(float(x), float(y), float(z)),
-        area=float(row["area"]),
+        area=None if row["area"] is None else float(row["area"]),
         peak=float(row["peak"]),
         peak_at=float(row["peak_at"]),
         broken_at=None if when is None else float(when),

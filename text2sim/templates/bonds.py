@@ -23,15 +23,17 @@ class Bonds:
     Args:
         scene: Built scene.
         bodies: Entities by name.
-        rows: Control, two bodies, centre [m] and normal (from the first to the second) of their face in the world, its
-            area [m2], tensile and shear strength [Pa] of each bond.
+        rows: Control, two bodies or links (`body.link`), centre [m] and normal (from the first to the second) of their
+            face in the world, its area [m2], tensile and shear strength [Pa] of each bond. Those without a face are
+            welded as ever, and break at a force [N] of any direction.
         gone: Set of the links of removed bodies.
     """
 
     def __init__(self, scene, bodies, rows, gone=frozenset()):
         self.solver, self.rows, self.gone = scene.rigid_solver, rows, gone
-        links = [tuple(_main_link(bodies[name]) for name in row[1:3]) for row in rows]
-        area, self.strength, self.shear_strength = (np.array([row[k] for row in rows]) for k in (5, 6, 7))
+        links = [tuple(_link(bodies, name) for name in row[1:3]) for row in rows]
+        area, self.strength, self.shear_strength = (np.array([row[k] for row in rows], float) for k in (5, 6, 7))
+        self.faceless = np.isnan(area)
         self.area, self.radius = area, np.sqrt(area / np.pi)
         inverse = self.solver.get_links_invweight().cpu().numpy().reshape(-1, 2).astype(float)
         inverse = np.array([inverse[a.idx] + inverse[b.idx] for a, b in links])
@@ -39,15 +41,19 @@ class Bonds:
         # joint may have no inverse mass or inertia.
         free = (inverse > 1e-9).all(axis=1)
         self.arm = np.sqrt(np.divide(inverse[:, 1], inverse[:, 0], out=self.radius**-2, where=free)) * self.radius
+        self.arm[self.faceless] = 1.0
         self.pairs = [(a.idx, b.idx) for a, b in links]
         self.index = {pair: i for i, pair in enumerate(self.pairs)}  # of the bonds that hold
         self.normals = np.zeros((len(rows), 2, 3))  # in the frames of both links
         self.first_link = np.array([a.idx for a, _ in links])
+        self.centers = []
         for i, ((a, b), row) in enumerate(zip(links, rows, strict=True)):
             (pos, quat), (_, other) = _frame(a), _frame(b)
-            self.normals[i] = _rotate_back(quat, row[4]), _rotate_back(other, row[4])
+            center, normal = (pos, (0.0, 0.0, 1.0)) if self.faceless[i] else row[3:5]
+            self.centers.append([float(x) for x in center])
+            self.normals[i] = _rotate_back(quat, normal), _rotate_back(other, normal)
             self.solver.constraint_solver.add_dynamic_constraint(
-                gs.EQUALITY_TYPE.WELD, a.idx, b.idx, a.idx, _rotate_back(quat, np.array(row[3]) - pos), (self.arm[i],)
+                gs.EQUALITY_TYPE.WELD, a.idx, b.idx, a.idx, _rotate_back(quat, np.array(center) - pos), (self.arm[i],)
             )
         self._stiffen(np.where(free, area * inverse[:, 0], np.nan))
         self.peak, self.peak_at = np.zeros(len(rows)), np.zeros(len(rows))
@@ -84,6 +90,8 @@ class Bonds:
         area, radius = self.area[at], self.radius[at]
         tension = pull / area + 4 * bend / (np.pi * radius**3)
         sliding = shear / area + 2 * np.abs(twist) / (np.pi * radius**3)
+        faceless = self.faceless[at]
+        tension[faceless], sliding[faceless] = np.linalg.norm(load[faceless, :3], axis=1), 0.0
         loads = np.stack([tension / self.strength[at], sliding / self.shear_strength[at]])
         worst = loads.max(axis=0)
         higher = worst > self.peak[at]
@@ -97,7 +105,7 @@ class Bonds:
         """Return the largest load of each bond, as a fraction of its strength, and when and why it broke."""
         return [
             {
-                "control": row[0], "between": [*row[1:3]], "pos": [*row[3]], "area": row[5],
+                "control": row[0], "between": [*row[1:3]], "pos": self.centers[i], "area": row[5],
                 "peak": float(self.peak[i]), "peak_at": float(self.peak_at[i]),
                 "broken_at": self.broken.get(i, (None, None))[0], "by": self.broken.get(i, (None, None))[1],
             }
@@ -131,8 +139,9 @@ class Bonds:
         self.solver.delete_weld_constraint(*pair)
 
 
-def _main_link(body):
-    return next(link for link in body.links if link.name != "world")
+def _link(bodies, name):
+    body, _, link = name.partition(".")
+    return bodies[body].get_link(link) if link else next(own for own in bodies[body].links if own.name != "world")
 
 
 def _frame(link):

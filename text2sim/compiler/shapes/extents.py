@@ -10,6 +10,7 @@ from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.hulls import MANY_VERTICES
 from text2sim.compiler.shapes.piece import outer_polygon_radius, piece_reach, wall_radii
+from text2sim.compiler.shapes.revolved import revolved_reach
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
     X_AXIS,
@@ -129,6 +130,7 @@ _REACH: dict[str, Callable[[Any, Vec, Path], float]] = {
     "fragment": lambda shape, u, folder: float((shape.solid.vertices @ u).max()),
     "disc": lambda shape, u, folder: _reach_ring(shape.radius, SHEET_THICKNESS / 2, (u[0], u[1], abs(u[2]))),
     "sleeve": _reach_sleeve,
+    "revolve": lambda shape, u, folder: revolved_reach(shape, u),
     "ribbon": _reach_ribbon,
     "sheet": lambda shape, u, folder: sheet_reach(shape, u),
     "compound": _reach_compound,

@@ -32,7 +32,7 @@ from text2sim.spec_schema.models.shapes import (
     Text,
     Tube,
 )
-from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet, Sleeve
+from text2sim.spec_schema.models.sheets import Disc, Revolve, Ribbon, Sheet, Sleeve
 
 _PIECES: Memory[list[Piece]] = Memory(4096)
 """Pieces of shapes, so that copies and equal bodies share them and all that is derived from them."""
@@ -65,7 +65,7 @@ def key_of(shape: Any, folder: Path) -> Any:
     if isinstance(shape, Compound):
         parts = (part.shape for part in shape.parts.values())
         return (content_of(shape), *(_content(part, folder) for part in parts))
-    if isinstance(shape, Sculpt | Faceted | Ribbon | Extrusion):
+    if isinstance(shape, Sculpt | Faceted | Revolve | Ribbon | Extrusion):
         return content_of(shape)
     return (*vars(shape).values(), _content(shape, folder))
 
@@ -117,6 +117,10 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
         return disc_pieces(shape)
     if isinstance(shape, Sleeve):
         return sleeve_pieces(shape)
+    if isinstance(shape, Revolve):
+        from text2sim.compiler.shapes.revolved import revolved_pieces
+
+        return revolved_pieces(shape)
     if isinstance(shape, Ribbon):
         from text2sim.compiler.shapes.ribbons import ribbon_pieces
 

@@ -16,7 +16,13 @@ if TYPE_CHECKING:
 SIDE_DEPTH = 1e-3
 """A side reaches this part of the body's length inwards."""
 _AROUND = ("left", "right", "front", "back")
-BORDERS = {"sheet": _AROUND, "disc": _AROUND, "ribbon": _AROUND, "sleeve": ("bottom", "top")}
+BORDERS = {
+    "sheet": _AROUND,
+    "disc": _AROUND,
+    "ribbon": _AROUND,
+    "sleeve": ("bottom", "top"),
+    "revolve": ("bottom", "top"),
+}
 """Sides on which cloths have a border, which is what `edge` means of them."""
 FLATNESS = 1e-6
 """A body thinner than this part of its longest side is flat."""

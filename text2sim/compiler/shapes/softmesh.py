@@ -16,6 +16,7 @@ from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.geometry import key_of, volume
 from text2sim.compiler.shapes.hulls import corners_and_sides
+from text2sim.compiler.shapes.revolved import revolved_area, revolved_mesh
 from text2sim.compiler.shapes.rings import Arc, profile, profile_of, turned
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, quat_of, quat_to_rows
 from text2sim.compiler.shapes.sagging import points_along_sheet, sheet_lines
@@ -25,7 +26,7 @@ from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Box, Compound, Ellipsoid, FlatShape, Mesh, Torus
-from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet, Sleeve
+from text2sim.spec_schema.models.sheets import Disc, Revolve, Ribbon, Sheet, Sleeve
 
 REGULAR_VOLUME = 1 / (6 * math.sqrt(2))
 """Volume of a regular tetrahedron of edge 1."""
@@ -44,7 +45,7 @@ HULL_EDGES = 24
 """Edges along the longest side of a solid, when its surface is measured."""
 UNION_EDGES = 40
 """Edges along the longest side of a part, when its union with the others is made."""
-THIN_ROWS, THIN_ROUND = {Sheet: 2, Disc: 2, Sleeve: 2, Ribbon: 2, Box: 8, Torus: 150}, 48
+THIN_ROWS, THIN_ROUND = {Sheet: 2, Disc: 2, Sleeve: 2, Revolve: 2, Ribbon: 2, Box: 8, Torus: 150}, 48
 """Triangles around shapes thinner than an edge: round ones keep their form."""
 _UNIONS: "Memory[Manifold]" = Memory(64)
 
@@ -100,6 +101,8 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
     if isinstance(shape, Sleeve):
         (low, high), half = shape.radii, shape.height / 2
         return _build(*turned(profile_of([((low, -half), (high, half))], edge), edge, closed=False))
+    if isinstance(shape, Revolve):
+        return _build(*revolved_mesh(shape, edge))
     if isinstance(shape, Ribbon):
         return _build(*_ribbon(shape, edge))
     if isinstance(shape, Box):
@@ -224,6 +227,8 @@ def _area(shape: Any, folder: Path) -> float:
         return shape.size[0] * shape.size[1]
     if isinstance(shape, Disc | Sleeve):
         return shape.area
+    if isinstance(shape, Revolve):
+        return revolved_area(shape)
     if isinstance(shape, Ribbon):
         return _ribbon_length(shape) * shape.width
     if isinstance(shape, Box):

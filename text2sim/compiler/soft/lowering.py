@@ -10,6 +10,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, Surface
 from text2sim.compiler.shapes.boxes import middle
 from text2sim.compiler.shapes.piece import Ball
+from text2sim.compiler.shapes.revolved import revolved_area
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, quat_rotate
 from text2sim.compiler.shapes.softmesh import hull_area, solid_volume, tet_options
 from text2sim.compiler.soft import ipc
@@ -202,4 +203,6 @@ def area(shape: Any, folder: Path) -> float:
         return shape.size[0] * shape.size[1]
     if shape.kind in ("disc", "sleeve"):
         return shape.area
+    if shape.kind == "revolve":
+        return revolved_area(shape)
     return hull_area(shape, folder)

@@ -9,6 +9,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.boxes import sides
 from text2sim.compiler.shapes.extents import extents
+from text2sim.compiler.shapes.revolved import profile_length, revolved_area
 from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.shapes.softmesh import hull_area, solid_volume
 from text2sim.compiler.soft.solvers import is_soft, solver_of
@@ -116,8 +117,8 @@ def thickness(shape: Any, folder: Path) -> float:
 def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
     """Return the side lengths [m] of a cloth, the shorter first; for a mesh, the two longer sides of its bounds.
 
-    A ribbon and a sleeve count as laid flat. A disc counts as a rectangle of its area, and as wide as both sides of the
-    ring around its hole; a hull as one of its area, and as wide as both sides of the solid.
+    A ribbon, a sleeve and a surface of revolution count as laid flat. A disc counts as a rectangle of its area, and as
+    wide as both sides of the ring around its hole; a hull as one of its area, and as wide as both sides of the solid.
 
     Raises:
         AssetError: if a file of a shape cannot be used.
@@ -130,6 +131,10 @@ def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
     if shape.kind == "sleeve":
         around = shape.area / shape.slant
         return min(shape.slant, around), max(shape.slant, around)
+    if shape.kind == "revolve":
+        long = profile_length(shape)
+        around = revolved_area(shape) / long
+        return min(long, around), max(long, around)
     if shape.kind == "disc":
         wide = 2 * (shape.radius - shape.hole)
         return min(wide, shape.area / wide), max(wide, shape.area / wide)

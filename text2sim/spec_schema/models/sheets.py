@@ -1,17 +1,20 @@
-"""Shapes of cloth: sheets, discs, sleeves and ribbons, which have no thickness."""
+"""Shapes of cloth: sheets, discs, sleeves, surfaces of revolution and ribbons, which have no thickness."""
 
+from itertools import pairwise
 from math import dist, hypot, pi
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.models.base import ByKind, Length, Model, NonNegative, Real, Size2, Vec3
+from text2sim.spec_schema.models.base import Bool, ByKind, Length, Model, NonNegative, Real, Size2, Vec2, Vec3
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Box, Capsule, Cylinder, Ellipsoid, Mesh, Sphere
 from text2sim.spec_schema.rounding import at_least
 
 STEEPEST = 1.2
 """Largest angle [rad] between the vertical and the line from a side of a gathered sheet to the chord of its edges."""
+LEAST_PART = 1e-3
+"""Smallest distance of points of a profile, as a part of its largest radius."""
 MIN_CLOSED = 4
 """Points of a ribbon without ends: a triangle, and its first corner again."""
 
@@ -124,6 +127,35 @@ class Sleeve(Model):
         return pi * sum(self.radii) * self.slant
 
 
+class Revolve(Model):
+    """A profile revolved about z: a dome, a bowl, a hat, a filter, the cover of an umbrella. For cloth only.
+
+    Stretching is measured from this form, and with `rest_shape: start` so is bending: a dome that keeps its form.
+    `edge: bottom` and `edge: top` are its rims, at its lowest and highest points.
+    """
+
+    kind: Literal["revolve"]
+    profile: Annotated[list[Vec2], Field(min_length=2, max_length=64)]
+    """Points (distance from the axis, z) [m] from one rim to the other; where the first or last has distance 0, the
+    surface is closed."""
+    smooth: Bool = False
+    """Use a curve through the points (Catmull-Rom) instead of straight lines; it is round where it meets the axis."""
+
+    @model_validator(mode="after")
+    def _about_the_axis(self) -> "Revolve":
+        radii = [radius for radius, _ in self.profile]
+        if min(radii) < 0:
+            raise ValueError("distances from the axis must not be negative")
+        if max(radii) == 0:
+            raise ValueError("the profile lies on the axis: it makes no surface")
+        if any(radius == 0 for radius in radii[1:-1]):
+            raise ValueError("only the first and the last point may lie on the axis")
+        for k, (a, b) in enumerate(pairwise(self.profile)):
+            if dist(a, b) < LEAST_PART * max(radii):
+                raise ValueError(f"points {k} and {k + 1} of the profile coincide")
+        return self
+
+
 class Ribbon(Model):
     """A strip along a smooth curve: a bow, a loop, a loose knot. For cloth only.
 
@@ -160,6 +192,7 @@ class Ribbon(Model):
 
 
 ClothShape = Annotated[
-    Sheet | Disc | Sleeve | Ribbon | Mesh | Box | Sphere | Cylinder | Capsule | Ellipsoid | Sculpt, ByKind()
+    Sheet | Disc | Sleeve | Revolve | Ribbon | Mesh | Box | Sphere | Cylinder | Capsule | Ellipsoid | Sculpt, ByKind()
 ]
-"""A sheet, a disc, a sleeve, a ribbon, a mesh, or the hull of a solid: a bag, a balloon, a pillow."""
+"""A sheet, a disc, a sleeve, a surface of revolution, a ribbon, a mesh, or the hull of a solid: a bag, a balloon, a
+pillow."""

@@ -20,7 +20,7 @@ from text2sim.spec_schema.models.base import (
 from text2sim.spec_schema.models.materials import Material
 from text2sim.spec_schema.models.placed import Deformable, Linked
 from text2sim.spec_schema.models.shapes import FlowShape, Shape
-from text2sim.spec_schema.models.sheets import ClothShape, Disc, Ribbon, Sheet, Sleeve
+from text2sim.spec_schema.models.sheets import ClothShape, Disc, Revolve, Ribbon, Sheet, Sleeve
 from text2sim.spec_schema.models.soft_materials import (
     ClothMaterial,
     GranularMaterial,
@@ -105,7 +105,7 @@ class Cloth(Deformable):
 
     @model_validator(mode="after")
     def _closed(self) -> "Cloth":
-        if self.material.has_gas and isinstance(self.shape, Sheet | Disc | Sleeve | Ribbon):
+        if self.material.has_gas and isinstance(self.shape, Sheet | Disc | Sleeve | Revolve | Ribbon):
             raise ValueError(f"a {self.shape.kind} encloses no gas: pressure and gas_modulus need the hull of a solid")
         return self
 

@@ -1,20 +1,22 @@
-"""Checks of bonds: what they can join, and in which scenes."""
+"""Checks of bonds, and of attachments that break: what they can join, and in which scenes."""
 
 from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.models.bodies import Driven, Rigid
-from text2sim.spec_schema.models.controls import Bond
+from text2sim.spec_schema.models.controls import Attach, Bond, Release
 from text2sim.spec_schema.names.name_table import NameTable
 from text2sim.spec_schema.names.removal_references import fixed_because
 from text2sim.spec_schema.text.document import Path
 
 
 def check_bonds(table: NameTable) -> None:
-    """Check every control that bonds bodies."""
+    """Check every control that bonds bodies, or attaches them until it breaks."""
     scene = table.loaded.case.scene
     for name, control in table.loaded.case.actions.controls.items():
+        where: Path = ("actions", "controls", name)
+        if isinstance(control, Attach) and control.strength is not None:
+            _check_strength(table, where, control)
         if not isinstance(control, Bond):
             continue
-        where: Path = ("actions", "controls", name)
         members = table.find_all(control.of, (*where, "of"))
         for member in members:
             if not (member.static or isinstance(member.model, Rigid | Driven)) or member.part is not None:
@@ -27,3 +29,19 @@ def check_bonds(table: NameTable) -> None:
             table.report((*where, "of"), message, "not-bondable")
         if why := fixed_because(scene, "what is bonded could not break while it sleeps", "has no bonds"):
             table.report((*where, "kind"), f"nothing can be bonded in this scene: {why}", "not-bondable")
+
+
+def _check_strength(table: NameTable, where: Path, control: Attach) -> None:
+    """Report what an attachment that breaks cannot be or do."""
+    case = table.loaded.case
+    releases = (one for one in case.actions.controls.values() if isinstance(one, Release))
+    fixed = fixed_because(case.scene, "what is attached could not break while it sleeps", "has none that break")
+    reasons = {
+        "it turns about a `pivot`": control.pivot is not None,
+        "it begins during the run (`at`)": control.at > 0,
+        "a `release` ends it": any(one.attach == where[-1] for one in releases),
+        fixed or "": fixed is not None,
+    }
+    for reason in (reason for reason, applies in reasons.items() if applies):
+        message = f"this attachment cannot break at a force: {reason}"
+        table.report((*where, "strength"), message, "no-strength", key=True)

@@ -35,7 +35,7 @@ def check_events(table: NameTable) -> None:
         elif isinstance(event, events.RemovedEvent):
             _check_named(table, where, "remove", event.remove, Remove)
         elif isinstance(event, events.BrokenEvent):
-            _check_named(table, where, "bond", event.bond, Bond)
+            _check_bond(table, where, event.bond)
         else:
             _check_subject(table, where, event)
     following = {name: event.after for name, event in script.events.items() if event.after is not None}
@@ -97,6 +97,15 @@ def _check_released(table: NameTable, where: Path, event: events.ReleasedEvent) 
     # A release with an unknown `attach` is reported itself, and may be meant for this one.
     if event.attach not in released and all(name in attaches for name in released):
         table.report((*where, "attach"), f"no control releases `{event.attach}`", NEVER)
+
+
+def _check_bond(table: NameTable, where: Path, name: str) -> None:
+    attach = table.loaded.case.actions.controls.get(name)
+    if not isinstance(attach, Attach):
+        _check_named(table, where, "bond", name, Bond)
+    elif attach.strength is None:
+        message = f"`{name}` is an attach without a `strength`, which never breaks; a `release` is `kind: released`"
+        table.report((*where, "bond"), message, NEVER)
 
 
 def _check_named(table: NameTable, where: Path, kind: str, name: str, model: type[Bond | Remove]) -> None:

@@ -87,6 +87,9 @@ def check_attach_kind(table: NameTable, where: Path, control: Attach, body: Memb
             message = "a weld to the world needs a static, and the scene has none"
             table.report((*where, "to"), message, "no-world")
         return target is not None
+    if control.strength is not None:
+        message = f"strength is for rigid bodies, and `{body.name}` deforms: end it by a `release`"
+        table.report((*where, "strength"), message, "no-strength", key=True)
     if control.pivot is not None:
         message = f"pivot is for rigid bodies, and `{body.name}` deforms: it turns freely about a small `region`"
         table.report((*where, "pivot"), message, "no-pivot", key=True)

@@ -289,6 +289,7 @@ OTHER_WORDS = {
     **dict.fromkeys(("prism", "profile", "polygon", "extrude", "extruded", "cam", "ratchet"), "extrusion"),
     **dict.fromkeys(("strip", "band", "tape", "bow"), "ribbon"),
     **dict.fromkeys(("tube", "cone", "sock", "skirt"), "sleeve"),
+    **dict.fromkeys(("dome", "cap", "hat", "lathe", "revolved"), "revolve"),
     **dict.fromkeys(("jet", "source", "emitter", "inlet", "tap", "faucet", "nozzle", "hose", "spout"), "stream"),
     **dict.fromkeys(("revolute", "rotary"), "hinge"),
     **dict.fromkeys(("prismatic", "linear"), "slider"),
