@@ -324,11 +324,31 @@ def test_a_film_is_judged_by_pictures_of_its_fall_and_no_two_alike() -> None:
     pictures = film(4.88)
     wanted = [FrameMoment(1.06, "even"), FrameMoment(4.9, "slid"), FrameMoment(0.02, "on"), FrameMoment(1.7, "braking")]
     times = [one.t for one in choose_stills(wanted, pictures, moving(pictures, 1.9, 2.9))]
-    assert len(times) == 7, "six, and one of an event between the ends"
+    assert len(times) == 8, "six, and those of two events between the ends"
     assert sum(1.95 < t < 2.85 for t in times) >= 3
     assert (times[0], times[-1]) == (0.0, pictures[-1].t) and any(abs(t - 1.06) < 0.03 for t in times)
     assert min(np.diff(times)) >= MIN_INTERVAL
     assert len(choose_stills(wanted[3:], pictures)) == 7
+
+
+def test_a_film_is_judged_by_what_happens_in_it_before_what_only_stays() -> None:
+    kept = [FrameMoment(t, f"expect:kept at {t}") for t in (0.6, 1.9, 2.2)]
+    wanted = [*kept, FrameMoment(6.48, "after post and bell met", decisive=True)]
+    pictures = film(9.0)
+    times = [one.t for one in choose_stills(wanted, pictures, moving(pictures, 0.5, 2.5))]
+    assert any(abs(t - 6.48) < 0.03 for t in times)
+
+
+def test_events_at_the_end_are_shown_where_there_are_many() -> None:
+    times = {"starts": 0.8, **{f"swing_{k}": 1.2 + 0.7 * k for k in range(7)}, "hit": 6.2, "out": 6.4, "rest": 7.3}
+    evidence = {"events": {name: {"first": t} for name, t in times.items()}, "time": {"reached": 9.0}}
+    expect = {name: {"event": name} for name in ("swing_6", "hit", "out", "rest")} | {
+        "slow": {"measure": "x", "on": "starts"}
+    }
+    actions = {"events": {f"swing_{k}": {"after": f"swing_{k - 1}"} for k in range(1, 7)}, "expect": expect}
+    told = [one.reason for one in moments(evidence, actions) if one.decisive]
+    assert {"hit", "out", "rest", "swing_6"} <= {*told}
+    assert len(told) == 5
 
 
 def test_pictures_of_a_fast_film_are_a_tenth_of_a_second_of_film_apart() -> None:

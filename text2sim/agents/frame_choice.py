@@ -109,27 +109,32 @@ def moments(evidence: Data, actions: Data, strikes: Sequence[FrameMoment] = ()) 
 
 
 def _first_events(evidence: Data, actions: Data) -> list[FrameMoment]:
-    """Return the first times of events, at no more than `MAX_EVENTS` moments: of those that expectations name first.
+    """Return the first times of events, at no more than `MAX_EVENTS` moments.
 
-    An event that another comes `after` is named with it.
+    First come events that are expected, then those from which others are counted: `on`, `before`, `after`. Where there
+    are too many of a rank, those are returned that are farthest from the others in time, so that the end is not left
+    out.
     """
     planned = {name: row for name, row in (actions.get("events") or {}).items() if isinstance(row, Mapping)}
     rows = [row for row in (actions.get("expect") or {}).values() if isinstance(row, Mapping)]
-    left, named = [row[key] for row in rows for key in ("event", "on", "before") if row.get(key)], set[str]()
+    expected = {row["event"] for row in rows if row.get("event")}
+    left, named = [*expected, *(row[key] for row in rows for key in ("on", "before") if row.get(key))], set[str]()
     while left:
         if (name := left.pop()) not in named:
             named.add(name)
             left += [after] if (after := planned.get(name, {}).get("after")) else []
-    happened = sorted((row["first"], name) for name, row in evidence["events"].items() if row.get("first") is not None)
-    found: list[FrameMoment] = []
+    happened = {name: row["first"] for name, row in evidence["events"].items() if row.get("first") is not None}
     times: list[float] = []
-    for t, name in sorted(happened, key=lambda row: row[1] not in named):
-        apart = all(abs(t - other) > MIN_INTERVAL for other in times)
-        if apart and len(times) == MAX_EVENTS:
-            continue
-        times += [t] if apart else []
-        found.append(FrameMoment(t, name, named_bodies(planned.get(name))))
-    return found
+    for rank in (expected, named - expected, {*happened} - named):
+        waiting = sorted({happened[name] for name in rank & {*happened}})
+        while waiting and len(times) < MAX_EVENTS:
+            t = max(waiting, key=lambda one: (min((abs(one - other) for other in times), default=-one), one))
+            waiting.remove(t)
+            if all(abs(t - other) > MIN_INTERVAL for other in times):
+                times.append(t)
+    seen = [(name, t) for name, t in happened.items() if any(abs(t - other) <= MIN_INTERVAL for other in times)]
+    seen.sort(key=lambda row: (row[0] not in named, row[1], row[0]))
+    return [FrameMoment(t, name, named_bodies(planned.get(name))) for name, t in seen]
 
 
 def after_strikes(occurrences: Sequence[Data], statics: Collection[str]) -> list[FrameMoment]:
@@ -242,13 +247,17 @@ def choose_stills(
     """Return the frames by which a film is judged: `EVEN_STILLS`, and one for each event between the ends.
 
     Args:
-        wanted: Moments, the most important first; those on the first `MAX_EVENT_STILLS` frames count.
+        wanted: Moments, the most important first; those on the first `MAX_EVENT_STILLS` frames count, of decisive ones
+            if there are enough.
         pictures: All frames of the film.
         motion: As for `choose_frames`.
     """
-    shown = [(frame, one) for one in wanted if (frame := nearest_frame(pictures, one.t)) is not None]
-    events = [*dict.fromkeys(frame for frame, _ in shown)][:MAX_EVENT_STILLS]
-    count = EVEN_STILLS + len({*events} - {pictures[0], pictures[-1]})
+    first = sorted(wanted, key=lambda one: not one.decisive)
+    shown = [(frame, one) for one in first if (frame := nearest_frame(pictures, one.t)) is not None]
+    ends = [Shown(frame) for frame in (pictures[0], pictures[-1])]
+    events = [frame for frame in dict.fromkeys(frame for frame, _ in shown) if _similar_frame(ends, frame) is None]
+    events = events[:MAX_EVENT_STILLS]
+    count = EVEN_STILLS + len(events)
     decisive = [replace(one, decisive=True) for frame, one in shown if frame in events]
     return [one.frame for one in choose_frames(decisive, pictures, count, motion)]
 
