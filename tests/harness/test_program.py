@@ -322,3 +322,10 @@ def test_a_kill_is_explained(make_run, used, state):
     outcome = outcome_of(ended, Limits(), {}, "", 0.0)
     assert outcome.state == state
     assert "SIGKILL" in outcome.message
+
+
+def test_a_program_may_use_no_more_than_is_free(make_run, monkeypatch):
+    left = psutil.virtual_memory()._replace(available=2 * 10**9)
+    monkeypatch.setattr("text2sim.runtime.child.psutil.virtual_memory", lambda: left)
+    ended = run(make_run("status(state='finished', time=1)")).ended
+    assert ended.memory_limit == int(0.85 * 2 * 10**9)

@@ -29,7 +29,7 @@ class RunOptions:
     )
     memory: Annotated[
         float | None,
-        typer.Option("--memory", min=0.1, help="Limit of a program's memory in GB; 85 % of the machine's if left out."),
+        typer.Option("--memory", min=0.1, help="Limit of a program's memory in GB; 85 % of what is free if left out."),
     ] = None
     force: Annotated[bool, typer.Option("--force", help="Simulate again even if nothing changed.")] = False
     gpu: Annotated[bool, typer.Option("--gpu", help="Simulate on the CUDA device instead of the CPU.")] = False

@@ -72,7 +72,7 @@ def run_case(
         on_progress: Receives progress.
         timeout: Wall time [s] that the program may take.
         patience: Expected wall time [s] from which it is stopped as soon as its speed is known.
-        memory_gb: Memory [GB] that it may use; 85 % of the machine's if left out.
+        memory_gb: Memory [GB] that it may use; 85 % of what is free at the start if left out.
         film: Whether a film is wanted.
         force: Simulate again even if nothing changed.
         device: What the engine computes on.

@@ -57,7 +57,7 @@ class Limits:
     patience: float = inf
     """Expected wall time [s] from which a simulation is stopped as soon as its speed is known."""
     memory: int | None = None
-    """Resident memory [bytes] of the program and all its children; `default_memory` if None."""
+    """Resident memory [bytes] of the program and all its children; `free_memory` if None."""
     grace: float = 20.0
     """Time [s] that a program has to save its results, once it is asked to stop."""
     log: int = 20_000_000
@@ -117,6 +117,14 @@ def default_memory() -> int:
     return int(0.85 * total)
 
 
+def free_memory() -> int:
+    """Return 85 % of the memory [bytes] that nothing uses now, and at most `default_memory`.
+
+    A program beside others must not take all that there is: the machine would read its files anew at every step.
+    """
+    return min(default_memory(), int(0.85 * psutil.virtual_memory().available))
+
+
 def run_child(
     command: Sequence[str],
     *,
@@ -141,7 +149,7 @@ def run_child(
         on_poll: Called about ten times a second; if it returns true, the command is stopped as for a timeout.
         inherit: File descriptors that it keeps open (the lock of its run).
     """
-    memory_limit = limits.memory or default_memory()
+    memory_limit = limits.memory or free_memory()
     kernel_cache.unlock()
     with log.open("ab", buffering=0) as sink:
         process = subprocess.Popen(
