@@ -8,8 +8,9 @@ import pytest
 from text2sim.agents.conversation import Wrong, typed_parser
 from text2sim.agents.language import body_kinds
 from text2sim.agents.models.parsing import read_reply
-from text2sim.agents.rehearsal import plan_faults
+from text2sim.agents.rehearsal import held_at_start, plan_faults
 from text2sim.agents.replies import CasePlan, Decision, Opening, PlannedBody
+from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source
 
@@ -136,7 +137,7 @@ def test_what_the_checker_would_refuse_later(where: str, value: Any, about: str)
         ({"kind": "displacement", "of": "mug", "axis": "x"}, {"at": "start", "below": 1}, "always satisfies"),
         ({"kind": "displacement", "of": "mug", "axis": "x"}, {"during": "all", "above": 0.5}, "cannot-hold"),
         ({"kind": "speed", "of": "bob"}, {"at": "end", "below": 5}, "holds if nothing happens at all"),
-        ({"kind": "displacement", "of": "mug", "axis": "z"}, {"at": 2, "above": -0.1}, "name it in `keeps`"),
+        ({"kind": "displacement", "of": "mug", "axis": "z"}, {"at": 2, "above": -0.1}, "name this expectation in `keeps`"),
         ({"kind": "tilt", "of": "pin", "stat": "count", "above": 45}, {"at": "end", "below": 3}, "holds if nothing"),
     ],
 )  # fmt: skip
@@ -345,3 +346,19 @@ def test_a_repeated_expectation_counts_as_a_whole() -> None:
 def test_a_body_whose_kind_is_its_shape_may_say_so_twice() -> None:
     assert PlannedBody(kind="beam", shape="beam").shape == ""
     assert PlannedBody(kind="rigid", shape="box").shape == "box"
+
+
+@pytest.mark.parametrize(("until", "doubted"), [(0.6, False), (1.2, True)])
+def test_what_is_said_of_the_time_before_anything_happens_describes_the_start(until: float, doubted: bool) -> None:
+    text = f"""
+text2sim: 2
+name: held
+scene: {{duration: 2, statics: {{floor: {{shape: {{kind: plane}}}}}}}}
+bodies: {{ball: {{kind: rigid, shape: {{kind: sphere, radius: 0.1}}, pose: {{pos: [0, 0, 0.1]}}}}}}
+actions:
+  controls: {{kick: {{kind: impulse, body: ball, impulse: [1, 0, 0], at: 0.8}}}}
+  measures: {{x: {{kind: position, of: ball, axis: x}}}}
+  expect: {{held: {{measure: x, during: [0.1, {until}], below: 5}}}}
+"""
+    found = held_at_start(load_text(text, Path("case.yaml")), ["held"])
+    assert bool(found) == doubted

@@ -264,7 +264,7 @@ def _rest_faults(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]
 
 HOLDS_AT_REST = (
     "it holds if nothing happens at all: {}. Ask for what is true only after what it stands for has happened; if it is "
-    "about something that has to stay as it is, name it in `keeps`"
+    "about something that has to stay as it is, name this expectation in `keeps`"
 )
 
 
@@ -282,16 +282,23 @@ def rest_value(measure: Any) -> float | None:
 
 
 def held_at_start(loaded: LoadedCase, names: Iterable[str]) -> dict[str, str]:
-    """Return which named expectations hold if nothing happens, although they apply after the start, and why."""
+    """Return which named expectations hold if nothing happens, although they apply after the start, and why.
+
+    What is asked of the time before anything happens is not meant: it describes the start.
+    """
     from text2sim.compiler.build import resolve_case
     from text2sim.lint.facts import Facts
-    from text2sim.lint.script.at_rest import passes
+    from text2sim.lint.script.at_rest import beginning, passes
     from text2sim.lint.script.outcomes import bound_of
 
     facts, found = Facts(resolve_case(loaded)), {}
+    begins = beginning(facts)
     for name in (copy for written in names for copy in numbered_copies(written, loaded.case.actions.expect)):
         expect = loaded.case.actions.expect.get(name)
-        if expect is None or expect.measure is None or bound_of(expect, loaded.case.scene.duration).first <= 0.0:
+        if expect is None or expect.measure is None:
+            continue
+        bound = bound_of(expect, loaded.case.scene.duration)
+        if bound.first <= 0.0 or bound.last <= begins:
             continue
         if passes(facts, expect):
             found[name] = f"/actions/expect/{name}: " + HOLDS_AT_REST.format(

@@ -1,8 +1,9 @@
 """Events whose condition holds when the run begins, and expectations that would hold if nothing moved."""
 
 import pytest
-from lint_support import findings, report_on
+from lint_support import facts_of, findings, report_on
 
+from text2sim.lint.script.at_rest import beginning
 from text2sim.lint.script.event_bounds import _BOUNDS_BY_KIND
 from text2sim.lint.script.events_at_start import _TRUE_AT_START
 from text2sim.spec_schema.models.events import Event
@@ -92,3 +93,23 @@ def test_expectations_that_are_true_at_the_start_are_named(tmp_path):
 )
 def test_every_kind_of_event_is_judged_or_set_apart(table, apart):
     assert {*table, *apart} ^ {*section_kinds(Event)} == set(), "a row in the table, or set apart here"
+
+
+@pytest.mark.parametrize(
+    ("controls", "begins"),
+    [
+        ("{kick: {kind: impulse, body: ball, impulse: [1, 0, 0], at: 0.8}}", 0.8),
+        ("{hold: {kind: attach, body: ball, to: floor}, free: {kind: release, attach: hold, at: 0.6}}", 0.6),
+        (
+            "{push: {kind: force, body: ball, force: [1, 0, 0], during: [0.5, 1]}, k: {kind: remove, body: post, on: other}}",
+            0.5,
+        ),
+        ("{throw: {kind: initial_velocity, body: ball, linear: [1, 0, 0]}}", 0.0),
+        ("{push: {kind: force, body: ball, force: [1, 0, 0]}}", 0.0),
+    ],
+)
+def test_before_the_first_control_nothing_happens(controls, begins):
+    case = CASE.replace("actions:\n", f"actions:\n  controls: {controls}\n")
+    event = "{kind: rest, of: post}"
+    assert beginning(facts_of(case % ("0.1", event))) == begins
+    assert beginning(facts_of(case % ("1", event))) == 0.0, "it falls from the start"

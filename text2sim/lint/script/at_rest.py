@@ -22,8 +22,9 @@ from text2sim.lint.script.start_values import value_at_rest
 from text2sim.lint.script.targets import Targets
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
-from text2sim.spec_schema.models.controls import Attach, Release
+from text2sim.spec_schema.models.controls import Attach, Bond, Control, Drive, Release
 from text2sim.spec_schema.models.expectations import Expect
+from text2sim.spec_schema.models.motion import start_of
 
 MIN_AIR_GAP = 0.02
 """Smallest gap [m] below a body in the air."""
@@ -53,11 +54,35 @@ def held_at_start(facts: Facts) -> list[str]:
     return [name for name, expect in facts.case.actions.expect.items() if passes(facts, expect)]
 
 
+def beginning(facts: Facts) -> float:
+    """Return the time [s] before which nothing happens, since no control begins earlier; 0 if something may."""
+    if _what_moves_by_itself(facts):
+        return 0.0
+    starts = [_start_of(control) for control in facts.case.actions.controls.values()]
+    return min((start for start in starts if start is not None), default=0.0)
+
+
+def _start_of(control: Control) -> float | None:
+    """Return when [s] a control begins to move something; None if it moves nothing, or only after an event."""
+    if isinstance(control, Attach | Bond) or getattr(control, "on", None) is not None:
+        return None
+    if isinstance(control, Drive):
+        schedules = (control.position, control.velocity, control.force)
+        return min(start_of(schedule) for schedule in schedules if schedule is not None)
+    during = getattr(control, "during", None)
+    return during[0] if during is not None else getattr(control, "at", None) or getattr(control, "start", 0.0)
+
+
 def _what_should_move(facts: Facts) -> str:
     """Return what should move; empty if nothing should."""
     for name, control in facts.case.actions.controls.items():
         if not isinstance(control, Attach | Release):
             return f"`{name}` should move something"
+    return _what_moves_by_itself(facts)
+
+
+def _what_moves_by_itself(facts: Facts) -> str:
+    """Return what moves from the start without a control; empty if nothing does."""
     for name in facts.lowering.joint_velocities:
         return f"`{name}` starts to move"
     for name, body in facts.case.bodies.items():
