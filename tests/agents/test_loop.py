@@ -104,7 +104,7 @@ def test_from_words_to_an_accepted_case(tmp_path: Path, monkeypatch: pytest.Monk
     assert "MISSED `lands` (request)" in questions[0]
     assert "<request>" not in questions[1], "a slip does not cost the whole letter again"
     assert "`lands` came true" in questions[2]
-    assert "derived: substeps = 1; solver = newton;" in questions[0]
+    assert "derived at the latest check: substeps = 1; solver = newton;" in questions[0]
     assert "your patch on bodies (0.3 m take 0.25 s): taken" in questions[2]
     assert "- `falls` (5): a ball falls on a slab" in questions[2]
     text = (case / "case.yaml").read_text()

@@ -51,8 +51,12 @@ KINDS_BY_PAGE: dict[str, frozenset[str]] = {
 """Pages, and the kinds that require them; other pages are always included."""
 FIELD_CONTROLS = frozenset({"wind", "airflow", "drag", "attraction", "vortex", "turbulence"})
 """Controls that act on deformable bodies alone; in a plan without any, they are everyday words."""
-BODY_WORDS = {"beam": frozenset({"slat", "springboard", "ruler", "reed", "cantilever"})}
-"""Everyday words for things that this kind of body fits better than any other."""
+BODY_WORDS = {
+    "beam": frozenset({"slat", "springboard", "ruler", "reed", "cantilever"}),
+    "cone": frozenset({"frustum"}),
+    "revolve": frozenset({"dome"}),
+}
+"""Everyday words for things that this kind fits better than any other."""
 CONTROL_WORDS = {
     "attach": frozenset(
         {"tie", "ties", "tied", "held", "pinned", "fastened", "hang", "hangs", "sewn", "welded", "attachments"}
@@ -73,7 +77,7 @@ BELT = "belt"
 """Word among the kinds for statics whose surfaces move."""
 BELT_WORDS = frozenset({BELT, "belts", "conveyor", "conveyors", "treadmill", "treadmills", "surface_velocity"})
 """Words of a plan for such statics."""
-CONTROLS_OF_EVENTS = {"released": ("attach", "release"), "removed": ("remove",), "broken": ("bond",)}
+CONTROLS_OF_EVENTS = {"released": ("attach", "release"), "removed": ("remove",), "broken": ("bond", "attach")}
 """Controls without which there is no such event."""
 SOFT_FIELDS = ("touch_soft", "soft_reach", "mpm", "pbd", "fem", "ipc")
 """Fields that concern deformable bodies alone."""

@@ -62,7 +62,7 @@ class _Framing(_Upright):
     margin: Margin | None = None
     """With `frame`: share of the picture that stays free at each edge; by default 0.08."""
     within: Bounds | None = None
-    """With `frame`: the space in which bodies are followed; bodies outside it may leave the picture."""
+    """With `frame`: the space that counts; what of the bodies is outside it, at any time, may leave the picture."""
 
     @model_validator(mode="after")
     def _margin_of_frame(self) -> "_Framing":

@@ -275,7 +275,8 @@ class Bond(Acting):
 
     kind: Literal["bond"]
     of: Selectors
-    """The bodies: rigid or driven ones and statics, or copies; all neighbours among them are bonded."""
+    """The bodies: rigid or driven ones and statics, or copies; all neighbours among them are bonded. For
+    a link, use `attach` with `strength`."""
     strength: Positive
     """Tensile strength [Pa]."""
     shear_strength: Positive | None = None

@@ -122,8 +122,8 @@ class Render(Model):
     """Tone curve: `agx` is gentle to bright colours, `aces` has more contrast, `standard` has no curve and clips. Path
     traced only."""
     cameras: dict[Name, Camera] = Field(default_factory=dict, max_length=20)
-    """Cameras by name; the first makes `video.mp4` unless there are `shots`. By default camera and pace are derived
-    from the recording; the pace is not with `speed`, `during` or `shots`."""
+    """Cameras by name; the first makes `video.mp4` unless there are `shots`. Without any, the camera is derived from
+    the recording, and so is the pace, unless there is `speed`, `during` or `shots`; with any, all is shown as it was."""
     shots: dict[Name, Shot] = Field(default_factory=dict, max_length=100)
     """Shots by name, in their order in `video.mp4`. Cameras that no shot uses make separate films."""
     overlay: Overlay = Overlay.model_construct()
