@@ -46,7 +46,8 @@ class Examination:
         """One line with the settings that the case leaves open and the compiler derives."""
         rows = [note.partition(": ")[0] for note in self.notes]
         settings = [row for row in rows if " = " in row and not row.startswith(("max_pairs", "tolerance"))]
-        return f"derived at the latest check: {'; '.join([*settings, *filter(None, [self.cost])])}" if settings or self.cost else ""
+        found = "; ".join([*settings, *filter(None, [self.cost])])
+        return f"derived at the latest check: {found}" if found else ""
 
 
 def examine(text: str, path: Path) -> Examination:
