@@ -164,3 +164,14 @@ def test_a_rigidity_that_substeps_do_not_reach(tmp_path: Path, more: str, count:
     found = findings(tmp_path, "unheeded-stuff", BODY.format("cloth", sheet))
     keys = ["bending_compliance"] * count + ["rigidity"] * softer
     assert sorted(problem.path for problem in found) == [f"/bodies/a/material/{key}" for key in keys]
+
+
+def test_the_rigidity_that_substeps_reach_is_named(tmp_path: Path) -> None:
+    sheet = "cell: 0.005, shape: {{kind: sheet, size: [0.5, 0.5]}}, material: {{rigidity: {}}}"
+    (found,) = findings(tmp_path, "unheeded-stuff", BODY.format("cloth", sheet.format(0.01)))
+    softer = found.message.rpartition("rigidity of ")[2]
+    assert 0 < float(softer) < 0.005
+    dt = "scene: {dt: 0.005, substeps: 10}"
+    (found,) = findings(tmp_path, "unheeded-stuff", BODY.format("cloth", sheet.format(0.01)), dt)
+    softer = found.message.rpartition("rigidity of ")[2]
+    assert not findings(tmp_path, "unheeded-stuff", BODY.format("cloth", sheet.format(softer)), dt)

@@ -135,8 +135,8 @@ def _rigidity(facts: Facts, name: str, model: Cloth, rigidity: float) -> Iterato
         text = (
             f"in substeps of {h:.2g} s and with cells of {cell:.2g} m, `{name}` is about "
             f"{max(1, round(100 * reached))} % as stiff as that; "
-            f"use `cell: {cell / reached**0.25:.2g}` or more, a rigid body, or scene.substeps of "
-            f"{math.ceil(facts.case.scene.dt / h / math.sqrt(reached))}"
+            f"use `cell: {cell / reached**0.25:.2g}` or more, a rigid body, scene.substeps of "
+            f"{math.ceil(facts.case.scene.dt / h / math.sqrt(reached))}, or a rigidity of {reached * rigidity:.2g}"
         )
         yield facts.problem("unheeded-stuff", facts.where(name, "material", "rigidity"), text, key=True)
 
