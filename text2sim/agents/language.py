@@ -53,9 +53,7 @@ COLORS_NOTE = (
     "Colours: `#rrggbb`, or a name: those of CSS, and of materials (`oak`, `walnut`, `concrete`, `brass`, `steel`, "
     "`terracotta`, `rubber`, `cream`)."
 )
-MORE_KINDS_NOTE = (
-    "The plan's measures, events and expectations are put in for you. For more of your own, `read` the kind"
-)
+MORE_KINDS_NOTE = "For measures, events and expectations of your own, `read` the kind"
 PLACES_PAGE = (
     "Or `place`, one of the two, by true shapes: `on: table` (let down until it touches), `inside: cup`, `above`, "
     "`below`, `left_of`, `right_of`, `in_front_of`, `behind` (side against side), `beside: wall`, `around: pole`, "

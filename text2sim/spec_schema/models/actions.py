@@ -13,10 +13,10 @@ class Actions(Model):
     """The script: controls, measures, events and expectations."""
 
     controls: dict[Name, Control] = Field(default_factory=dict)
-    """Actions on the bodies, by name."""
+    """Actions on the bodies."""
     measures: dict[Name, Measure] = Field(default_factory=dict)
-    """Numbers over time, by name."""
+    """Numbers over time."""
     events: dict[Name, Event] = Field(default_factory=dict)
-    """Moments, by name."""
+    """Moments."""
     expect: dict[Name, Expect] = Field(default_factory=dict)
-    """Requirements on events and measures, by name."""
+    """Requirements on them."""

@@ -187,8 +187,7 @@ class Attach(Acting):
     """For mpm and fem bodies: total stiffness [N/m] of springs that hold the points. Without, they follow exactly (fem,
     pbd), or four substeps late (mpm)."""
     strength: Positive | None = None
-    """Of rigid bodies that are attached from the start on: force [N], in any direction, at which it breaks, as a cork
-    pops out or a magnet lets go. `kind: broken` is its event. Blows are softer than real ones, as with `bond`."""
+    """Of rigid bodies held from the start on: force [N] at which it breaks."""
     at: Seconds = 0.0
     """Time [s]."""
 

@@ -130,7 +130,7 @@ class BrokenEvent(_Event):
 
     kind: Literal["broken"]
     bond: Name
-    """Name of the control that bonded the bodies."""
+    """Name of the `bond`, or of an `attach` with a `strength`."""
 
 
 Event = Annotated[

@@ -123,8 +123,7 @@ class Render(Model):
     traced only."""
     cameras: dict[Name, Camera] = Field(default_factory=dict, max_length=20)
     """Cameras by name; the first makes `video.mp4` unless there are `shots`. Without any, the camera is derived from
-    the recording, and so is the pace, unless there is `speed`, `during` or `shots`; with any, all is shown at full
-    speed."""
+    the recording, and so is the pace unless there is `speed`, `during` or `shots`."""
     shots: dict[Name, Shot] = Field(default_factory=dict, max_length=100)
     """Shots by name, in their order in `video.mp4`. Cameras that no shot uses make separate films."""
     overlay: Overlay = Overlay.model_construct()
