@@ -284,7 +284,7 @@ def test_a_handsome_film_that_breaks_what_was_asked_for_does_not_win(make_run: M
     replies = {"viewer": [plain, *[handsome] * 3], "render": others}
     studio = Studio(make_run, tmp_path, replies)
     assert studio.shoot() == CASE
-    assert [what["total"] for event, what in studio.events if event == "viewed"] == [70, 68, 68, 68]
+    assert [what["total"] for event, what in studio.events if event == "viewed"] == [70, 66, 66, 66]
     assert "cuts it off" in studio.model.questions("render")[1]
 
 

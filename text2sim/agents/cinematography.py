@@ -45,7 +45,7 @@ MAX_LISTED = 30
 """Largest number of events, and of bodies, in the Render Writer's prompt."""
 MARK_WEIGHTS = {"content": 0.30, "clarity": 0.30, "polish": 0.25, "appeal": 0.15}
 """Weights of the marks."""
-BROKEN_COST, MAX_BROKEN = 6.0, 4
+BROKEN_COST, MAX_BROKEN = 8.0, 4
 """What each broken demand on the view costs in total marks, and the largest number of them in an answer."""
 Score = Annotated[float, Field(ge=0, le=100)]
 
