@@ -8,6 +8,8 @@ import pytest
 
 from tests.agents.scripted import Scripted, fenced
 from text2sim.agents import session as sessions
+from text2sim.agents.attempt import Attempt
+from text2sim.agents.attempts import Attempts
 from text2sim.agents.session import Session, SessionWish
 from text2sim.spec_schema.errors import RunError
 
@@ -75,9 +77,17 @@ def begin(case: Path, monkeypatch: pytest.MonkeyPatch, model: Any) -> Session:
 
 @pytest.mark.usefixtures("engine", "tracer")
 def test_from_words_to_an_accepted_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    model, case = scripted(REPLIES), tmp_path / "drop"
+    counted = f"{PLAN}facts: {{one: [{{count: ball, equals: 1}}]}}\n"
+    model, case = scripted(REPLIES | {"planner": [counted, *REPLIES["planner"][1:]]}), tmp_path / "drop"
     session = begin(case, monkeypatch, model)
     happened: list[str] = []
+    record, recorded = Attempts.record_facts, []
+
+    def watched(self: Attempts, attempt: Attempt, *rest: Any) -> None:
+        recorded.append(attempt.number)
+        record(self, attempt, *rest)
+
+    monkeypatch.setattr(Attempts, "record_facts", watched)
 
     class Killed(BaseException):
         pass
@@ -99,6 +109,7 @@ def test_from_words_to_an_accepted_case(tmp_path: Path, monkeypatch: pytest.Monk
     assert outcome.best.number == 2
     assert len(model.asked) == asked + 2
     assert happened.count("running") == 2
+    assert recorded == [1, 2], "what was known of a run is not worked out again: a later film of it may have changed that"
     questions = model.questions("critic")
     assert "comes from the request and must stay" in questions[1], "an easier expectation was offered, and refused"
     assert "MISSED `lands` (request)" in questions[0]

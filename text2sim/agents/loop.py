@@ -251,7 +251,8 @@ class AgentLoop:
             problems = attempt.problems or [f"the run ended without evidence: {attempt.state}"]
             return AttemptReport(problems=problems, rules=rules)
         assert examined.loaded is not None
-        self.attempts.record_facts(attempt, self.agreement.plan, examined.loaded)
+        if all(row.get("about_cause") for row in attempt.facts):  # recalled ones stay: a later film changes the run's
+            self.attempts.record_facts(attempt, self.agreement.plan, examined.loaded)
         if attempt.sound(()):
             now, timeout = self.limits.minutes_left(), self.limits.timeout()
             earlier = self.history.made[:-1]
