@@ -109,7 +109,9 @@ def test_from_words_to_an_accepted_case(tmp_path: Path, monkeypatch: pytest.Monk
     assert outcome.best.number == 2
     assert len(model.asked) == asked + 2
     assert happened.count("running") == 2
-    assert recorded == [1, 2], "what was known of a run is not worked out again: a later film of it may have changed that"
+    assert recorded == [1, 2], (
+        "what was known of a run is not worked out again: a later film of it may have changed that"
+    )
     questions = model.questions("critic")
     assert "comes from the request and must stay" in questions[1], "an easier expectation was offered, and refused"
     assert "MISSED `lands` (request)" in questions[0]
