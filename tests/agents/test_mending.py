@@ -138,3 +138,21 @@ def test_the_most_that_hold(bad: tuple[str, ...], kept: str) -> None:
 
     held = revising.most_that_hold("abcd", attempt)
     assert "".join(sorted(held[0] if held is not None else ())) == kept
+
+
+def test_a_loop_that_goes_on_without_time_repeats_what_it_asked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("text2sim.runtime.machine.crowding", lambda: 1.0)
+    told: list[list[str]] = []
+    for left in (8.0, 0.5):
+        made = quiet_loop(tmp_path, minutes_left=lambda left=left: left)
+        made.workshop.agreement = agreed()[0]
+        made.agreement.plan.keeps = ["low"]
+        give_up = Decision(action="give_up", why="x")
+        made.deciding.decide = lambda attempt, report, **more: (told.append(list(report.doubts)), give_up)[1]  # type: ignore
+        examined = examine(CASE, made.path)
+        examined.seconds = 300.0
+        made._settle_doubts(Attempt(1, CASE, "x"), examined, [])
+    assert len(told) == 2
+    assert told[0] == told[1], "otherwise the case would be another, and its run be lost"

@@ -82,12 +82,7 @@ class Attempts:
         write_json(folder / "attempt.json", data)
 
     def minutes_left(self, attempt: Attempt, now: float | None) -> float | None:
-        """Return the minutes left, and record them, so that a resumed loop sends the same prompt.
-
-        Args:
-            attempt: The attempt that the Planner is asked about.
-            now: Minutes left by the clock; None without a limit.
-        """
+        """Record the minutes left by the clock, None without a limit; return them as a resumed loop has told them."""
         estimates, asked = self._told_minutes(attempt.number), self._asked[attempt.number]
         if len(estimates) <= asked:
             estimates.append(now)
@@ -118,8 +113,11 @@ class Attempts:
             now: Minutes left by the clock; None without a limit.
             reserve: Minutes that are kept for something else.
         """
-        asked_before = len(self._told_minutes(attempt.number)) > self._asked[attempt.number]
-        return now is not None and not asked_before and 60 * now < max(attempt.wall / 2, 60 * reserve)
+        return now is not None and not self.repeats(attempt) and 60 * now < max(attempt.wall / 2, 60 * reserve)
+
+    def repeats(self, attempt: Attempt) -> bool:
+        """Whether a resumed loop is about to repeat a question about an attempt."""
+        return len(self._told_minutes(attempt.number)) > self._asked[attempt.number]
 
     def _told_minutes(self, number: int) -> list[float | None]:
         if number not in self._minutes:

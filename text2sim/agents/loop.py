@@ -316,7 +316,12 @@ class AgentLoop:
         """Ask the Planner once, before the run, about doubtful expectations, a long run, and what Writers referred."""
         assert examined.loaded is not None
         left = self.limits.minutes_left()
-        if left is not None and left < UNASKED_MINUTES and not self.history.timed:
+        if (
+            left is not None
+            and left < UNASKED_MINUTES
+            and not self.history.timed
+            and not self.attempts.repeats(attempt)
+        ):
             return examined
         plan = self.agreement.plan
         held = held_at_start(examined.loaded, [name for name in self.agreement.names if name not in plan.keeps])
