@@ -145,11 +145,11 @@ def test_a_loop_that_goes_on_without_time_repeats_what_it_asked(
 ) -> None:
     monkeypatch.setattr("text2sim.runtime.machine.crowding", lambda: 1.0)
     told: list[list[str]] = []
+    give_up = Decision(action="give_up", why="x")
     for left in (8.0, 0.5):
         made = quiet_loop(tmp_path, minutes_left=lambda left=left: left)
         made.workshop.agreement = agreed()[0]
         made.agreement.plan.keeps = ["low"]
-        give_up = Decision(action="give_up", why="x")
         made.deciding.decide = lambda attempt, report, **more: (told.append(list(report.doubts)), give_up)[1]  # type: ignore
         examined = examine(CASE, made.path)
         examined.seconds = 300.0

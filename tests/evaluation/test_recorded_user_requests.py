@@ -17,7 +17,7 @@ PAGE = (HERE.parents[1] / "docs" / "evaluation_results.md").read_text("utf-8")
 PROMPTS = read_suite(HERE / "recorded" / "user_requests.yaml")[0].prompts
 INTERRUPTED = ("awning_melons", "wobble_towers")
 COUNTED = [prompt for prompt in PROMPTS if prompt not in INTERRUPTED]
-FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST, CROWDED = (
+FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST, CROWDED, BELL = (
     COUNTED[4:9],
     COUNTED[9:12],
     COUNTED[12:14],
@@ -26,7 +26,8 @@ FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST, CROWDED = 
     COUNTED[23:26],
     COUNTED[26:29],
     COUNTED[29:33],
-    COUNTED[33:],
+    COUNTED[33:36],
+    COUNTED[36:],
 )
 METHODS, KINDS = ("text2sim-with-cards", "agent-no-cards"), ("physical", "visual")
 AGAIN = {"three_joined_vessels": "film traced again", "band_bundles_tubes": "played again"}
@@ -67,6 +68,7 @@ def test_means_and_differences_are_those_of_the_page():
         "three letter by letter": LETTERS,
         "newest four": NEWEST,
         "crowded three": CROWDED,
+        "silent bell": BELL,
     }
     for name, some in (parts | {"user requests": COUNTED}).items():
         found = [estimate([mark(p, METHODS[0], kind) - mark(p, METHODS[1], kind) for p in some]) for kind in KINDS]
@@ -121,4 +123,5 @@ def test_what_was_marked_below_one():
         ("fire_escape_tube", bare, "action.cones"),
         *(("fire_escape_tube", ours, f"action.{name}") for name in ("cones", "child", "empty")),
         *(("fire_escape_tube", ours, f"render.{name}") for name in ("oblique", "stripes")),
+        ("bell_that_kept_silent", ours, "render.front"),
     }
