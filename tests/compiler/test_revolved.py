@@ -13,6 +13,7 @@ from text2sim.compiler.shapes.piece import piece_reach
 from text2sim.compiler.shapes.regions import region_points
 from text2sim.compiler.shapes.revolved import profile_length, revolved_area, rows_of
 from text2sim.compiler.shapes.rotation import IDENTITY
+from text2sim.compiler.shapes.sagging import SHEET_THICKNESS
 from text2sim.compiler.shapes.softmesh import soft_surface
 from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.sheets import Revolve
@@ -62,6 +63,21 @@ def test_it_reaches_as_far_as_its_profile(dome):
     assert reached == pytest.approx(R, rel=0.02)
 
 
+@pytest.mark.parametrize(
+    "profile", [[(0.3, 0), (0.2, 0.2), (0, 0.3)], [(0, 0.3), (0.2, 0.2), (0.3, 0)], [(0.1, 0), (0.3, 0)]]
+)
+def test_its_plates_are_as_thick_as_sheets_and_look_outwards(profile):
+    shape = revolve(profile)
+    total = 0.0
+    for piece in pieces(shape, HERE):
+        corners = np.array(piece.vertices)[np.array(piece.faces)]
+        own = np.linalg.det(corners - np.mean(piece.vertices, axis=0)).sum() / 6
+        assert own > 0
+        total += own
+    # A regular polygon of n corners has sin(2 pi / n) n / (2 pi) of the area of its circle, 1.1 % less with 24.
+    assert total == pytest.approx(revolved_area(shape) * SHEET_THICKNESS, rel=0.03)
+
+
 def test_rows_keep_corners_and_are_even_between_them():
     hat = revolve([(0.3, 0), (0.15, 0), (0.149, 0.1), (0.147, 0.2), (0, 0.2)])
     rows = rows_of(hat, 0.03)
@@ -70,6 +86,13 @@ def test_rows_keep_corners_and_are_even_between_them():
     lengths = [dist(a, b) for a, b in zip(rows, rows[1:], strict=False)]
     assert min(lengths) > 0.025
     assert max(lengths) < 0.035
+
+
+@pytest.mark.parametrize("end", [(0.05, -0.1), (0, 0.3), (0.05, 0)])
+def test_a_smooth_line_of_two_points_has_each_once(end):
+    shape = revolve([(0.01, 0), end], smooth=True)
+    assert len(set(rows_of(shape, 0.01))) == len(rows_of(shape, 0.01))
+    assert soft_surface(shape, HERE, 0.01).faces.size
 
 
 def test_a_cone_and_a_ring_have_their_areas():

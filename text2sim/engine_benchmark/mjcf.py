@@ -13,6 +13,7 @@ NOT_YET = {
     "prescribed": "driven bodies",
     "belts": "statics whose surfaces move",
     "welds": "welds that begin or end during the simulation",
+    "bonds": "bonds and attachments that break",
     "springs": "springs between bodies",
     "removals": "bodies that are removed",
     "fields": "fields",

@@ -29,11 +29,11 @@ Ball = tuple[Vec, float]
 """Centre and radius [m]."""
 CONE_SIDES = 32
 
-# Corners of a wedge: inner and outer at its first side, then at its second; bottom first.
-_WEDGE_FACES = (
+WEDGE_FACES = (
     (0, 3, 2), (0, 2, 1), (4, 5, 6), (4, 6, 7), (0, 1, 5), (0, 5, 4),
     (2, 3, 7), (2, 7, 6), (1, 2, 6), (1, 6, 5), (0, 4, 7), (0, 7, 3),
 )  # fmt: skip
+"""Triangles of a wedge. Its corners: inner and outer at its first side, outer and inner at its second; bottom first."""
 
 
 @dataclass(frozen=True)
@@ -200,7 +200,7 @@ def wall_pieces(
         for inner, outer, z in rings:
             corners += [(inner * c0, inner * s0, z), (outer * c0, outer * s0, z)]
             corners += [(outer * c1, outer * s1, z), (inner * c1, inner * s1, z)]
-        staves.append(Piece("hull", vertices=tuple(corners), faces=_WEDGE_FACES))
+        staves.append(Piece("hull", vertices=tuple(corners), faces=WEDGE_FACES))
     return staves
 
 

@@ -6,7 +6,7 @@ from itertools import pairwise
 from math import acos, cos, dist, hypot, pi, sin
 from typing import TYPE_CHECKING
 
-from text2sim.compiler.shapes.piece import Piece, hull_piece
+from text2sim.compiler.shapes.piece import WEDGE_FACES, Piece
 from text2sim.compiler.shapes.rings import ROW_HEIGHT, Point, turned
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.shapes.sagging import SHEET_THICKNESS
@@ -19,6 +19,12 @@ CORNER = 0.35
 """Turn [rad] of a profile from which its point is a corner, where a row of points lies."""
 ROWS, STAVES = 8, 24
 """Rows along the profile and pieces around it that stand for a surface when bodies are placed and compared."""
+
+AT_AXIS = 1e-6
+"""Smallest distance [m] of corners of these pieces from the axis, so that none of their sides has no area."""
+
+ROUNDING = 1e-9
+"""Part of the way between two points of a smooth profile that is as good as none."""
 
 
 def outline(shape: Revolve) -> list[Point]:
@@ -38,7 +44,7 @@ def _smoothed(points: tuple[Point, ...]) -> list[Point]:
     whole = np.array([*before, *points, *after])
     fine, number = curve(whole, np.arange(len(whole), dtype=float), smooth=True)
     first, last = len(before), len(before) + len(points) - 1
-    kept = fine[(number > first) & (number < last)]
+    kept = fine[(number > first + ROUNDING) & (number < last - ROUNDING)]
     inner = [(max(float(r), 0.0), float(z)) for r, z in kept]
     return [points[0], *inner, points[-1]]
 
@@ -111,22 +117,23 @@ def revolved_mesh(shape: Revolve, edge: float) -> "tuple[np.ndarray, np.ndarray]
 
 def revolved_pieces(shape: Revolve) -> list[Piece]:
     """Return the thin plates that stand for a surface when bodies are placed and compared."""
-    from text2sim.compiler.shapes.hulls import corners_and_sides
-
     rows = rows_of(shape, profile_length(shape) / ROWS)
     turns = [(cos(2 * pi * k / STAVES), sin(2 * pi * k / STAVES)) for k in range(STAVES)]
     found = []
     for (r, z), (s, y) in pairwise(rows):
         long = dist((r, z), (s, y))
-        across = SHEET_THICKNESS / 2 * (y - z) / long, SHEET_THICKNESS / 2 * (r - s) / long
+        out, up = SHEET_THICKNESS / 2 * (y - z) / long, SHEET_THICKNESS / 2 * (r - s) / long
         section = [
-            (max(radius + side * across[0], 0.0), height + side * across[1])
+            [(max(radius + side * out, AT_AXIS), height + side * up) for side in (-1, 1, 1, -1)]
             for radius, height in ((r, z), (s, y))
-            for side in (1, -1)
         ]
         for a, b in zip(turns, [*turns[1:], turns[0]], strict=True):
-            corners = [(radius * c, radius * d, height) for radius, height in section for c, d in (a, b)]
-            found.append(hull_piece(*corners_and_sides(corners)))
+            corners = [
+                (radius * c, radius * d, height)
+                for row in section
+                for (radius, height), (c, d) in zip(row, (a, a, b, b), strict=True)
+            ]
+            found.append(Piece("hull", vertices=tuple(corners), faces=WEDGE_FACES))
     return found
 
 

@@ -55,7 +55,10 @@ def held_at_start(facts: Facts) -> list[str]:
 
 
 def beginning(facts: Facts) -> float:
-    """Return the time [s] before which nothing happens, since no control begins earlier; 0 if something may."""
+    """Return the time [s] at which the first control begins; 0 if something falls or is moved before it.
+
+    What swings or rolls off by itself is not seen.
+    """
     if _what_moves_by_itself(facts):
         return 0.0
     starts = [_start_of(control) for control in facts.case.actions.controls.values()]

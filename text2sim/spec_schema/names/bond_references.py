@@ -43,5 +43,5 @@ def _check_strength(table: NameTable, where: Path, control: Attach) -> None:
         fixed or "": fixed is not None,
     }
     for reason in (reason for reason, applies in reasons.items() if applies):
-        message = f"this attachment cannot break at a force: {reason}"
+        message = f"this attachment cannot break at a force: {reason}; leave out `strength`, or that"
         table.report((*where, "strength"), message, "no-strength", key=True)
