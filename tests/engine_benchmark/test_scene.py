@@ -181,3 +181,13 @@ def test_every_benchmark_of_the_repository_can_be_written():
 def test_obstacles_are_reported():
     plan = plan_case(load_case(BENCHMARKS.parents[1] / "cases/sand_hourglass"))
     assert obstacles(plan) == ["bodies of the family mpm"]
+
+
+def test_what_breaks_is_not_left_out_in_silence(tmp_path):
+    text = (
+        "text2sim: 2\nname: hung\nscene: {duration: 1, statics: {hook: {shape: {kind: sphere, radius: 0.02}, pose: {pos: [0, 0, 1]}}}}\n"
+        "bodies: {cork: {kind: rigid, shape: {kind: sphere, radius: 0.02}, pose: {pos: [0, 0, 0.9]}}}\n"
+        "actions: {controls: {hold: {kind: attach, body: cork, to: hook, strength: 5}}}\n"
+    )
+    (tmp_path / "case.yaml").write_text(text)
+    assert obstacles(plan_case(load_case(tmp_path))) == ["bonds and attachments that break"]

@@ -24,6 +24,7 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
     ("no-strength", f"{CONTROL}/strength", None, {CONTROL: HELD | {"at": 0.5}}),
     ("no-strength", f"{CONTROL}/strength", None, {CONTROL: HELD | {"pivot": TOP}}),
     ("no-strength", f"{CONTROL}/strength", None, {CONTROL: HELD, "/actions/controls/free": FREE}),
+    ("unknown-bond", "/actions/events/off/bond", "it", {CONTROL: HELD, "/actions/events/off": {"kind": "broken", "bond": "itt"}}),
     ("never-released", "/actions/events/off/bond", None, {"/actions/events/off": {"kind": "broken", "bond": "grip"}}),
     ("no-pivot", f"{CONTROL}/pivot", None, {CONTROL: {"kind": "attach", "body": "curtain", "to": "hook", "pivot": TOP}}),
     ("no-pivot", f"{CONTROL}/pivot", None, {CONTROL: {"kind": "attach", "body": "ball", "to": "world", "pivot": TOP}}),

@@ -145,7 +145,7 @@ class Revolve(Model):
     def _about_the_axis(self) -> "Revolve":
         radii = [radius for radius, _ in self.profile]
         if min(radii) < 0:
-            raise ValueError("distances from the axis must not be negative")
+            raise ValueError(f"distances from the axis must not be negative (got {min(radii):g} m)")
         if max(radii) == 0:
             raise ValueError("the profile lies on the axis: it makes no surface")
         if any(radius == 0 for radius in radii[1:-1]):

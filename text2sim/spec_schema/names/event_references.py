@@ -1,5 +1,7 @@
 """Checks of the bodies, measures and controls of events."""
 
+from collections.abc import Sequence
+
 from text2sim.spec_schema.errors import Severity, nearest
 from text2sim.spec_schema.models import events, measures
 from text2sim.spec_schema.models.controls import Attach, Bond, Release, Remove
@@ -33,7 +35,8 @@ def check_events(table: NameTable) -> None:
         elif isinstance(event, events.ReleasedEvent):
             _check_released(table, where, event)
         elif isinstance(event, events.RemovedEvent):
-            _check_named(table, where, "remove", event.remove, Remove)
+            removals = [key for key, control in script.controls.items() if isinstance(control, Remove)]
+            _check_named(table, where, "remove", event.remove, removals)
         elif isinstance(event, events.BrokenEvent):
             _check_bond(table, where, event.bond)
         else:
@@ -100,19 +103,20 @@ def _check_released(table: NameTable, where: Path, event: events.ReleasedEvent) 
 
 
 def _check_bond(table: NameTable, where: Path, name: str) -> None:
-    attach = table.loaded.case.actions.controls.get(name)
-    if not isinstance(attach, Attach):
-        _check_named(table, where, "bond", name, Bond)
-    elif attach.strength is None:
+    controls = table.loaded.case.actions.controls
+    attach = controls.get(name)
+    if isinstance(attach, Attach) and attach.strength is None:
         message = f"`{name}` is an attach without a `strength`, which never breaks; a `release` is `kind: released`"
         table.report((*where, "bond"), message, NEVER)
+        return
+    breaking = [key for key, one in controls.items() if isinstance(one, Bond | Attach) and one.strength is not None]
+    _check_named(table, where, "bond", name, breaking, ", or attach with a `strength`")
 
 
-def _check_named(table: NameTable, where: Path, kind: str, name: str, model: type[Bond | Remove]) -> None:
+def _check_named(table: NameTable, where: Path, kind: str, name: str, known: Sequence[str], more: str = "") -> None:
     """Report a control of a kind that does not exist."""
-    known = [key for key, control in table.loaded.case.actions.controls.items() if isinstance(control, model)]
     if name not in known:
-        message = f"there is no control `{name}` of kind {kind}"
+        message = f"there is no control `{name}` of kind {kind}{more}"
         table.report((*where, kind), message, f"unknown-{kind}", nearest(name, known))
 
 
