@@ -48,6 +48,11 @@ def test_a_smooth_dome_is_half_a_sphere(dome):
     assert R - height == pytest.approx(R - sqrt(R**2 - (ring[0, :2] ** 2).sum()), rel=0.2)
 
 
+def test_a_profile_may_begin_on_the_axis(dome):
+    turned = revolve(dome.profile[::-1], smooth=True)
+    assert np.array(rows_of(turned, R / 10)) == pytest.approx(np.array(rows_of(dome, R / 10)[::-1]), abs=1e-9)
+
+
 def test_its_rim_is_its_lower_edge_and_nothing_else(dome):
     mesh = soft_surface(dome, HERE, R / 10)
     rim = region_points(BodyRegion.model_validate({"edge": "bottom"}), mesh.vertices)
