@@ -232,6 +232,11 @@ def test_where_bodies_stand_is_not_known_yet() -> None:
         ({"kind": "extent", "of": "pin", "axis": "z", "stat": "max"}, {"during": [1, 2], "below": 0.2}),
         ({"kind": "count_in", "of": "bob", "region": BOWL}, {"during": "all", "stat": "min", "above": 0.5}),
         ({"kind": "count_in", "of": "bob", "region": BOWL}, {"during": "all", "stat": "max", "below": 0.5}),
+        ({"kind": "position", "of": "bob", "axis": "z"}, {"at": "start", "equals": 0.82, "tolerance": 0.03}),
+        (
+            {"kind": "position", "of": ["bob", "pin", "mug"], "axis": "z", "stat": "range"},
+            {"at": "start", "below": 0.03},
+        ),
     ):
         changes = {"checks__measures__mine": measure, "checks__expect__mine": {"measure": "mine", **expect}}
         assert faults(PLAN, **changes, keeps=["whole", "mine"], says__mine="it stays") == []

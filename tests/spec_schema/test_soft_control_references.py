@@ -12,6 +12,11 @@ FLOW = {"kind": "airflow", "velocity": [3, 0, 0]}
 TOP, BACK = {"face": "top"}, {"edge": "back"}
 SAND = {"kind": "granular", "shape": {"kind": "box", "size": [0.2, 0.2, 0.2]}, "pose": {"pos": [3, -3, 1]}}
 
+FLAGS = {
+    "kind": "cloth",
+    "shape": {"kind": "sheet", "size": [0.3, 0.2]},
+    "repeat": {"kind": "line", "count": 2, "step": [1, 0, 0], "start": [-1, 2, 2]},
+}
 HELD = {"kind": "attach", "body": "ball", "to": "nail", "strength": 5}
 FREE = {"kind": "release", "attach": "it", "at": 1}
 
@@ -20,7 +25,17 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
     ("not-soft", f"{CONTROL}/region", "point", {CONTROL: {**PUSH, "body": "ball", "region": TOP}}),
     ("not-soft", f"{CONTROL}/drag", None, {CONTROL: {**PUSH, "body": "ball", "drag": 2}}),
     ("not-soft", f"{CONTROL}/points", None, {CONTROL: {"kind": "attach", "body": "ball", "to": "nail", "points": 2}}),
-    ("no-strength", f"{CONTROL}/strength", None, {CONTROL: {**HELD, "body": "curtain"}}),
+    ("no-strength", f"{CONTROL}/strength", None, {CONTROL: {**HELD, "body": "jelly"}}),
+    ("no-strength", f"{CONTROL}/strength", None, {CONTROL: {**HELD, "body": "curtain", "to": "world"}}),
+    ("not-soft", f"{CONTROL}/to_region", None, {CONTROL: {**HELD, "body": "curtain", "to_region": BACK}}),
+    ("not-soft", f"{CONTROL}/to_region", None, {CONTROL: {**HELD, "to_region": TOP}}),
+    ("itself", f"{CONTROL}/to", None, {CONTROL: {"kind": "attach", "body": "curtain", "region": BACK, "to": "curtain"}}),
+    (
+        "pairs",
+        f"{CONTROL}/to",
+        None,
+        {"/bodies/flags": FLAGS, CONTROL: {"kind": "attach", "body": "curtain", "region": BACK, "to": "flags"}},
+    ),
     ("no-strength", f"{CONTROL}/strength", None, {CONTROL: HELD | {"at": 0.5}}),
     ("no-strength", f"{CONTROL}/strength", None, {CONTROL: HELD | {"pivot": TOP}}),
     ("no-strength", f"{CONTROL}/strength", None, {CONTROL: HELD, "/actions/controls/free": FREE}),
@@ -56,6 +71,10 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
 ]  # fmt: skip
 
 SILENT: list[dict[str, Any]] = [
+    {CONTROL: {**HELD, "body": "curtain"}},
+    {CONTROL: {**HELD, "body": "curtain", "at": 0.5}, "/actions/controls/free": FREE},
+    {CONTROL: {**HELD, "body": "curtain", "region": BACK, "to": "curtain", "to_region": {"edge": "front"}}},
+    {"/bodies/flags": FLAGS, CONTROL: {**HELD, "body": "flags", "region": BACK, "to": "curtain"}},
     {CONTROL: HELD, "/actions/events/off": {"kind": "broken", "bond": "it"}},
     {CONTROL: {**PUSH, "body": "jelly", "region": TOP, "drag": 3}},
     {CONTROL: {"kind": "impulse", "body": "jelly", "impulse": [0, 0, 1], "at": 1, "point": TOP}},

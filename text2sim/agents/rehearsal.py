@@ -41,6 +41,7 @@ PART_REMEDY = "; name a whole body, or plan the part as a body of its own or as 
 MAX_BODIES = 300
 """Largest number of bodies for which the lint runs, since the Planner waits for it."""
 JOINT_MEASURES = ("joint_position", "joint_velocity", "joint_force")
+_START_VALUE = re.compile(r"at the start it is \S+")
 _PATH_PREFIXES = (("/actions/", "/checks/"), ("/scene/duration", "/duration"), ("/params", "/params"))
 
 
@@ -178,8 +179,14 @@ def _definition_faults(plan: CasePlan, path: Path) -> list[str]:
     checks = _without_joints(plan.checks)
     arrangements = (*ARRANGEMENTS, *_in_regions(checks))
     first, *others = (_lint_findings(rehearsal_text(plan, checks, one, loose=True), path) for one in arrangements)
-    confirmed = set.intersection(*({(problem.path, problem.rule) for problem in found} for found in others))
-    return list(_in_terms_of_plan(problem for problem in first if (problem.path, problem.rule) in confirmed))
+    confirmed = set.intersection(*({_finding(problem) for problem in found} for found in others))
+    return list(_in_terms_of_plan(problem for problem in first if _finding(problem) in confirmed))
+
+
+def _finding(problem: Problem) -> tuple[str, str, str]:
+    """Return what a finding says: one that follows from a value at the start needs the same one wherever bodies are."""
+    start = _START_VALUE.search(problem.message)
+    return problem.path, problem.rule, start[0] if start else ""
 
 
 def _in_regions(checks: Fragments) -> list[Arrangement]:
@@ -191,7 +198,7 @@ def _in_regions(checks: Fragments) -> list[Arrangement]:
         for middle in middles
         if isinstance(middle, list) and len(middle) == 3 and all(isinstance(x, int | float) for x in middle)
     )
-    return [Arrangement(0.001, middle, 0.0) for middle in known][:MAX_REGIONS]
+    return [Arrangement(0.001, middle, (0.0, 0.0, 0.0)) for middle in known][:MAX_REGIONS]
 
 
 def _lint_findings(text: str, path: Path) -> list[Problem]:

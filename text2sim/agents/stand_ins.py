@@ -23,16 +23,16 @@ class Arrangement(NamedTuple):
     """Length of their sides [m]."""
     start: tuple[float, float, float]
     """Position before that of the first [m]."""
-    step: float
-    """Way along x from one to the next [m]."""
+    step: tuple[float, float, float]
+    """Way from one to the next [m]."""
 
 
 ARRANGEMENTS = (
-    Arrangement(0.01, (0.0, 0.0, 40.0), 50.0),
-    Arrangement(0.4, (0.0, -30.0, -40.0), -7.0),
-    Arrangement(0.2, (0.0, 0.0, 1.0), 0.001),
+    Arrangement(0.01, (0.0, 0.0, 40.0), (50.0, 0.0, 0.0)),
+    Arrangement(0.4, (0.0, -30.0, -40.0), (-7.0, -3.0, -11.0)),
+    Arrangement(0.2, (0.0, 0.0, 1.0), (0.001, 0.0, 0.0)),
 )
-"""Far apart; far apart and elsewhere; all in one place."""
+"""Far apart at one height; far apart, elsewhere and at other heights; all in one place."""
 
 
 def rehearsal_text(plan: CasePlan, checks: Fragments, arrangement: Arrangement, *, loose: bool = False) -> str:
@@ -58,8 +58,8 @@ def rehearsal_text(plan: CasePlan, checks: Fragments, arrangement: Arrangement, 
 
 
 def _stand_in(body: PlannedBody, parts: list[str], k: int, arrangement: Arrangement, loose: bool) -> Data:
-    size, (x, y, z), step = arrangement
-    place: Data = {"pose": {"pos": [x + step * (k + 1), y, z]}}
+    size, start, step = arrangement
+    place: Data = {"pose": {"pos": [at + way * (k + 1) for at, way in zip(start, step, strict=True)]}}
     box = {"kind": "box", "size": [size, size, size]}
     shape = {"kind": "compound", "parts": {part: {"shape": box} for part in parts}} if parts else box
     if body.count > 1:

@@ -186,6 +186,10 @@ class Hold:
     """[N/m] in all; None holds firmly."""
     both_ways: bool
     """Whether what holds them feels them."""
+    strength: float | None
+    """Force [N] at which it breaks; None if it holds any."""
+    seam: tuple[tuple[Vec, Quaternion], Code] | None
+    """Pose at the start and region of the cloth `to` which they are sewn; None if something rigid holds them."""
     start: float
     until: tuple[float | str, ...]
     """Times [s] and events, whichever comes first."""

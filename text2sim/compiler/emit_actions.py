@@ -12,6 +12,9 @@ TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
 COPIED_ACTIONS = (
     "points.py",
     "holds.py",
+    "two_way_holds.py",
+    "loads.py",
+    "seams.py",
     "pushes.py",
     "airflow.py",
     "fields.py",
@@ -28,7 +31,10 @@ def action_context(plan: Plan) -> dict[str, Any]:
     """Return what the templates of actions need besides the fields of a plan."""
     soft_velocities = [row for row in plan.velocities if row.entity in plan.deformables]
     watched = [row.make for row in plan.watches]
-    regions = [row.region for row in (*plan.holds, *plan.pushes)] + watched
+    seams = [row for row in plan.holds if row.seam is not None]
+    regions = [row.region for row in (*plan.holds, *plan.pushes)] + watched + [row.seam[1] for row in seams if row.seam]
+    breaking_holds = any(row.strength is not None for row in plan.holds)
+    breaking = ["actions.bonds"] * bool(plan.bonds) + ["actions.holds"] * breaking_holds
     pushing = ["Push"] * bool(plan.pushes) + ["set_velocity"] * bool(soft_velocities)
     acting = [
         "Actions",
@@ -46,6 +52,10 @@ def action_context(plan: Plan) -> dict[str, Any]:
         "stiff_welds": [row for row in plan.welds if row.stiff and row.on],
         "released_welds": any(row.event is not None for row in plan.welds),
         "released_holds": any(isinstance(end, str) for row in plan.holds for end in row.until),
+        "holding": Code(", ".join([*["Hold"] * (len(seams) < len(plan.holds)), "Holds"])),
+        "seams": bool(seams),
+        "breaking_holds": breaking_holds,
+        "breaking": Code(", ".join(breaking)),
         "scaled_pushes": any(row.scale is not None for row in plan.pushes),
         "scaled_airflows": any(row.scale is not None for row in plan.airflows),
         "scaled_fields": any(row.scale is not None for row in plan.fields),
@@ -75,6 +85,9 @@ def copied_actions(plan: Plan) -> list[str]:
     needed = {
         "points.py": bool(inner or plan.holds or plan.pushes or plan.airflows or plan.watches or soft_velocities),
         "holds.py": bool(plan.holds),
+        "two_way_holds.py": bool(plan.holds),
+        "loads.py": any(row.strength is not None for row in plan.holds),
+        "seams.py": any(row.seam is not None for row in plan.holds),
         "pushes.py": bool(plan.pushes or soft_velocities),
         "airflow.py": bool(plan.airflows),
         "fields.py": bool(plan.fields),

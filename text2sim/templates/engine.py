@@ -7,12 +7,14 @@ import genesis as gs
 import quadrants as qd
 from genesis.engine.couplers import SAPCoupler, sap_coupler
 from genesis.engine.entities.rigid_entity.rigid_equality import RigidEquality
+from genesis.engine.solvers.pbd_solver import PBDSolver
 from genesis.engine.solvers.rigid.abd import forward_kinematics
 from genesis.engine.solvers.rigid.collider import support_field
 from genesis.utils import array_class
 from genesis.utils import geom as gu
 from quadrants.lang.snode import SNode
 
+MOST_SWEEPS = 8  # largest number of sweeps over the threads of cloth in one kernel
 PARTING = 1.0  # largest speed at which the SAP coupler separates overlapping bodies [m/s]
 CONTACT_CAPACITY_FACTOR = (
     4  # factor on the number of contacts between rigid triangles and tetrahedra that the SAP coupler allocates
@@ -29,6 +31,7 @@ def mend(sap: bool = False) -> None:
     _mend_cylinders()
     _mend_ball_springs()
     _mend_equalities()
+    _mend_many_sweeps()
     if sap:
         _mend_motionless_scenes()
         _mend_deep_contacts()
@@ -134,6 +137,33 @@ def _mend_equalities() -> None:
     (12 since 4.0) of each loop. Its kernel reads the first 11.
     """
     RigidEquality.eq_data = property(lambda equality: equality.desc.data[:11])
+
+
+def _mend_many_sweeps() -> None:
+    """Compiles many sweeps over the threads of cloth as one kernel of few that runs many times.
+
+    Genesis 1.4.5 unrolls all of them into one kernel: 200 sweeps took six minutes to compile.
+    """
+    build = PBDSolver.build
+    if "qd.static(range(self._max_stretch_solver_iterations))" not in inspect.getsource(PBDSolver):
+        return
+
+    def build_and_divide(solver):
+        build(solver)
+        sweeps, sweep = solver._max_stretch_solver_iterations, solver._kernel_solve_stretch
+        few = next(few for few in range(MOST_SWEEPS, 0, -1) if sweeps % few == 0)
+        if few == sweeps:
+            return
+
+        def sweep_all(f):
+            solver._max_stretch_solver_iterations = few  # as many as the kernel is compiled with
+            for _ in range(sweeps // few):
+                sweep(f)
+            solver._max_stretch_solver_iterations = sweeps
+
+        solver._kernel_solve_stretch = sweep_all
+
+    PBDSolver.build = build_and_divide
 
 
 def _at_least_one(sizes):

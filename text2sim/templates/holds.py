@@ -5,25 +5,20 @@ A link moves its points. The points act on the link only in a two-way hold of pb
     fem   vertices are placed where the link will be, in every substep; the prediction neglects its acceleration
     pbd   particles are placed in every step, and move with the link's velocity in between
           two-way: they are placed in every substep, and the pull of the threads becomes a force on the link
+          breakable: likewise, but a link that nothing moves only counts the force
     mpm   springs, as stiff as the substep allows, pull the particles: at speed v they lag by v times 4 substeps
 """
 
 import genesis as gs
 import numpy as np
-import quadrants as qd
 import torch
 from genesis.engine.couplers import SAPCoupler
-from genesis.engine.solvers.rigid.abd.forward_dynamics import func_vel_at_point
-from genesis.engine.solvers.rigid.abd.misc import func_apply_coupling_force
-from genesis.utils.array_class import LinksState
-from genesis.utils.geom import qd_transform_by_trans_quat
 from points import INVERSE, Points, array, assign, choose, each_substep, rotate, tensor
+from two_way_holds import Mutual
 
 FIRM, SHAKY = 0.5, 0.8
 """Angular frequency times substep: of the springs of a firm hold, and the limit above which springs vibrate. At 2 they
 are unstable."""
-LEAST = 1e-6
-"""Smallest inverse mass [1/kg] assumed for a holder; that of the world is zero."""
 
 
 class Hold:
@@ -38,6 +33,7 @@ class Hold:
         to: Links that hold it; each takes the points nearest to it. If empty, the world holds them.
         stiffness: Total stiffness of the springs [N/m]; None: hold firmly.
         both_ways: Whether the points act on the links; pbd only.
+        loads: What keeps the load of each link, and says when it breaks; pbd only. None: the hold does not break.
         start: Time at which the hold begins [s].
         until: Times [s] or names of events; the first of them ends the hold.
 
@@ -56,6 +52,7 @@ class Hold:
         to=(),
         stiffness=None,
         both_ways=False,
+        loads=None,
         start=0.0,
         until=(),
     ):
@@ -79,7 +76,8 @@ class Hold:
                 f"springs of {stiffness:g} N/m on {self.mass:.3g} kg need substeps of at most {longest:.2g} s (they "
                 f"last {self.h:.2g} s): make it softer, or leave `stiffness` out to hold firmly"
             )
-        pbd = _Mutual if both_ways else _Pbd
+        self.both_ways, self.loads = both_ways, loads
+        pbd = Mutual if both_ways or loads is not None else _Pbd
         self.grip = (_Fem if self.points.fem else _Mpm if self.points.mpm else pbd)(self)
 
     def begin(self):
@@ -100,7 +98,26 @@ class Hold:
         for k in range(len(self.links)):
             mine = self.owner == k
             self.local[mine] = rotate(self.quat[k] * INVERSE, self.at[mine] - self.pos[k])
+        if self.loads is not None:
+            held = [self.at[self.owner == k] for k in range(len(self.links))]
+            self.loads.begin([at.mean(axis=0) if len(at) else self.pos[k] for k, at in enumerate(held)])
         self.grip.begin()
+
+    def step(self, t):
+        """Hold for the step that begins at t [s], unless the one that ended then has overloaded it."""
+        self.grip.step()
+        if self.loads is None:
+            return
+        given, self.grip.given = array(self.grip.given), self.grip.given * 0.0
+        pulls = [np.linalg.norm(given[self.owner == k].sum(axis=0)) for k in range(len(self.links))]
+        for k in self.loads.take(pulls, t):
+            self.grip.drop(self.owner == k)
+        if not len(self.owner):
+            self.active, self.over = False, True
+
+    def end(self):
+        """Let go of all points."""
+        self.grip.end()
 
     def look(self):
         """Read poses and velocities of the links."""
@@ -140,12 +157,16 @@ class Holds:
             if hold.over:
                 continue
             if hold.active and any(self._is_over(hold, end, t) for end in hold.until):
-                hold.grip.end()
+                hold.end()
                 hold.active, hold.over = False, True
             elif not hold.active and t >= hold.start - 1e-9:
                 hold.begin()
             if hold.active:
-                hold.grip.step()
+                hold.step(t)
+
+    def report(self):
+        """Return the loads of all that can break, as the rows of `Bonds.report`."""
+        return [row for hold in self.holds if hold.loads is not None for row in hold.loads.report()]
 
     def _is_over(self, hold, end, t):
         if isinstance(end, str):  # an event before the hold began does not end it
@@ -174,103 +195,6 @@ class _Pbd:
                 self.hold.chosen[None] + self.entity.particle_start, dtype=gs.tc_int, device=gs.device
             )
             self.entity.solver._kernel_release_particle(chosen, torch.zeros(1, dtype=gs.tc_int, device=gs.device))
-
-
-class _Mutual:
-    """Particles that a link carries, and that act on the link.
-
-    In each substep a held particle first moves with its link as if it were a part of it. Then threads and contacts give
-    it a momentum `m dv`, which is passed on to the link as a force `m dv / h` in the next substep, and is taken from it
-    again. So momentum is conserved. `m` is the link's effective mass at the point, divided by its number of points: the
-    threads move the particle as far as they would move the link.
-    """
-
-    def __init__(self, hold):
-        self.hold, self.solver, self.hooked = hold, hold.points.solver, False
-
-    def begin(self):
-        hold, solver = self.hold, self.solver
-        chosen = hold.chosen + hold.points.entity.particle_start
-        weights = array(hold.rigid.get_links_invweight(hold.links)).reshape(len(hold.links), -1)[hold.owner]
-        arms = np.linalg.norm(hold.local, axis=1)
-        mass = 1.0 / np.maximum(weights[:, 0] + weights[:, 1] * arms**2, LEAST) / np.bincount(hold.owner)[hold.owner]
-        self.numbers, self.own = torch.as_tensor(chosen, dtype=gs.tc_int), solver.particles_info.mass[int(chosen[0])]
-        links = torch.as_tensor(np.asarray(hold.links)[hold.owner], dtype=gs.tc_int)
-        self.rows = self.numbers, links, tensor(hold.local)
-        self.mass = tensor(mass)
-        self._weigh(mass)
-        if not self.hooked:
-            self.hooked = True
-            self._hook()
-
-    def step(self):
-        pass
-
-    def end(self):
-        self._weigh(np.full(len(self.numbers), self.own))
-
-    def _weigh(self, masses):
-        for number, mass in zip(self.numbers.tolist(), masses, strict=True):
-            self.solver.particles_info.mass[number] = float(mass)
-
-    def _hook(self):
-        solver, links = self.solver, self.hold.rigid.dyn_state.links
-        fall, settle = solver._kernel_apply_external_force, solver.substep_post_coupling
-
-        def carried(f, t):
-            fall(f, t)
-            if self.hold.active:
-                _carry(solver.particles, *self.rows, self.hold.h, links)
-
-        def felt(f):
-            settle(f)
-            if self.hold.active:
-                _feel(solver.particles, *self.rows, self.mass, self.hold.h, links)
-
-        # Between gravity, which already acts on the link, and the threads.
-        solver._kernel_apply_external_force, solver.substep_post_coupling = carried, felt
-
-
-@qd.func
-def _anchor(link, x, y, z, links: LinksState):
-    return qd_transform_by_trans_quat(qd.Vector([x, y, z], dt=gs.qd_float), links.pos[link, 0], links.quat[link, 0])
-
-
-@qd.kernel
-def _carry(
-    particles: qd.template(),
-    numbers: qd.types.ndarray(),
-    holders: qd.types.ndarray(),
-    local: qd.types.ndarray(),
-    h: qd.f32,
-    links: LinksState,
-):
-    for k in range(numbers.shape[0]):
-        at = _anchor(holders[k], local[k, 0], local[k, 1], local[k, 2], links)
-        speed = func_vel_at_point(holders[k], 0, at, links)
-        particles[numbers[k], 0].pos = at
-        particles[numbers[k], 0].vel = speed
-        particles[numbers[k], 0].ipos = at - speed * h
-
-
-@qd.kernel
-def _feel(
-    particles: qd.template(),
-    numbers: qd.types.ndarray(),
-    holders: qd.types.ndarray(),
-    local: qd.types.ndarray(),
-    mass: qd.types.ndarray(),
-    h: qd.f32,
-    links: LinksState,
-):
-    for k in range(numbers.shape[0]):
-        at = _anchor(holders[k], local[k, 0], local[k, 1], local[k, 2], links)
-        speed = func_vel_at_point(holders[k], 0, at, links)
-        given = mass[k] * (particles[numbers[k], 0].vel - speed)
-        func_apply_coupling_force(holders[k], 0, at, given / h, links)
-        # What the pull made of it was only asked for: where the point is, its link is.
-        particles[numbers[k], 0].pos = at
-        particles[numbers[k], 0].vel = speed
 
 
 class _Mpm:

@@ -119,7 +119,7 @@ class Recorder:
         self._frames, self._chunk, self._step = [], 0, 0
         self._motor_forces = []  # of the substeps of this step
         self._flushed = time.monotonic()
-        self.gone, self.bonds, self.springs = {}, None, []  # time of removal [s] by copy; bonds; springs of the layout
+        self.gone, self.bonds, self.springs = {}, [], []  # time of removal [s] by copy; what can break; springs
         self.belts = {}  # velocity of the surface [m/s] of what never moves itself, in its frame, by copy
         links, dofs = self._solver.dyn_state.links, self._solver.dyn_state.dofs
         # The clipped force of the last substep; `get_dofs_control_force` would give that of the next one.
@@ -264,8 +264,8 @@ class Recorder:
     def _flush(self, whole: bool = True) -> None:
         if self.gone:
             write_json(self._out / "states" / "removed.json", self.gone)
-        if self.bonds is not None:
-            write_json(self._out / "states" / "bonds.json", self.bonds.report())
+        if self.bonds:
+            write_json(self._out / "states" / "bonds.json", [row for some in self.bonds for row in some.report()])
         contacts = self._contacts.take(keep=not whole)
         chunk = {}
         if self._frames:

@@ -21,12 +21,18 @@ def check_soft_controls(loaded: LoadedCase) -> list[Problem]:
             if not solvers & set(MOVED_BY_FIELDS):
                 message = _nothing_moved(control.kind, solvers)
                 found.append(loaded.problem((*where, "kind"), message, rule="field-on-nothing"))
-        elif isinstance(control, Attach) and control.stiffness is not None:
-            body = case.bodies.get(body_of(control.body))
-            if not is_soft(body) or solver_of(body, case.scene) != "pbd":
-                continue
-            message = "stiffness does not apply to solver pbd, which holds particles exactly; leave it out"
-            found.append(loaded.problem((*where, "stiffness"), message, key=True, rule="firm-only"))
+        elif isinstance(control, Attach) and is_soft(body := case.bodies.get(body_of(control.body))):
+            solver = solver_of(body, case.scene)
+            if solver == "pbd" and control.stiffness is not None:
+                message = "stiffness does not apply to solver pbd, which holds particles exactly; leave it out"
+                found.append(loaded.problem((*where, "stiffness"), message, key=True, rule="firm-only"))
+            if solver == "ipc" and control.strength is not None:
+                message = "strength is for cloth of solver pbd, and this one is simulated by ipc: end it by a `release`"
+                found.append(loaded.problem((*where, "strength"), message, key=True, rule="no-strength"))
+            holder = case.bodies.get(body_of(control.to))
+            if solver == "ipc" and is_soft(holder):
+                message = "cloth of solver pbd is sewn to cloth, and this one is simulated by ipc: attach it to a body"
+                found.append(loaded.problem((*where, "to"), message, rule="soft-holder"))
     return found
 
 

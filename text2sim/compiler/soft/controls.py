@@ -21,6 +21,7 @@ from text2sim.spec_schema.models.fields import Airflow, Attraction, Drag, Turbul
 from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.scene import Scene
+from text2sim.spec_schema.models.soft_bodies import Cloth
 
 WORLD = "world"
 """Value of `to` that holds a body where it is."""
@@ -57,6 +58,7 @@ class SoftControls:
             origin: The control.
         """
         attach = held.attach
+        sewn = [holder for holder in held.by if isinstance(holder.model, Cloth)][:1]
         return Hold(
             entity=copy.name,
             pose=(copy.pos, copy.quat),
@@ -66,6 +68,8 @@ class SoftControls:
             link=held.part,
             stiffness=attach.stiffness,
             both_ways=solver_of(copy.model, self.scene) == "pbd" and bool(held.by) and all(map(_can_be_moved, held.by)),
+            strength=attach.strength,
+            seam=next((((to.pos, to.quat), self.finder(to, attach.to_region)) for to in sewn), None),
             start=attach.at,
             until=tuple(until),
             **origin._asdict(),

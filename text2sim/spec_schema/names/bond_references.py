@@ -3,8 +3,10 @@
 from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.models.bodies import Driven, Rigid
 from text2sim.spec_schema.models.controls import Attach, Bond, Release
+from text2sim.spec_schema.models.placed import Deformable
 from text2sim.spec_schema.names.name_table import NameTable
 from text2sim.spec_schema.names.removal_references import fixed_because
+from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.document import Path
 
 
@@ -34,6 +36,8 @@ def check_bonds(table: NameTable) -> None:
 def _check_strength(table: NameTable, where: Path, control: Attach) -> None:
     """Report what an attachment that breaks cannot be or do."""
     case = table.loaded.case
+    if isinstance(case.bodies.get(body_of(control.body)), Deformable):
+        return  # such ones may begin late, and be released
     releases = (one for one in case.actions.controls.values() if isinstance(one, Release))
     fixed = fixed_because(case.scene, "what is attached could not break while it sleeps", "has none that break")
     reasons = {

@@ -72,7 +72,7 @@ def check_attach_kind(table: NameTable, where: Path, control: Attach, body: Memb
         target: Its holder; None for the world.
     """
     if not body.deforms:
-        for key in ("region", "points", "stiffness") if body.dynamic else ():
+        for key in ("region", "points", "stiffness", "to_region") if body.dynamic else ():
             if getattr(control, key) is not None:
                 message = f"{key} is for deformable bodies, and `{body.name}` is rigid: it is welded as a whole"
                 table.report((*where, key), message, "not-soft", key=True)
@@ -87,9 +87,15 @@ def check_attach_kind(table: NameTable, where: Path, control: Attach, body: Memb
             message = "a weld to the world needs a static, and the scene has none"
             table.report((*where, "to"), message, "no-world")
         return target is not None
-    if control.strength is not None:
-        message = f"strength is for rigid bodies, and `{body.name}` deforms: end it by a `release`"
+    cloth = body.model.kind == "cloth"
+    if control.strength is not None and not (cloth and target is not None):
+        why = "name a static instead of the world" if cloth else f"end that of `{body.name}` by a `release`"
+        message = f"strength is for rigid bodies, and for cloth that is sewn or held by bodies; {why}"
         table.report((*where, "strength"), message, "no-strength", key=True)
+    sewn = cloth and target is not None and getattr(target.model, "kind", None) == "cloth"
+    if control.to_region is not None and not sewn:
+        message = "to_region is for cloth that is sewn to cloth; what is rigid holds points wherever they are"
+        table.report((*where, "to_region"), message, "not-soft", key=True)
     if control.pivot is not None:
         message = f"pivot is for rigid bodies, and `{body.name}` deforms: it turns freely about a small `region`"
         table.report((*where, "pivot"), message, "no-pivot", key=True)
@@ -99,14 +105,32 @@ def check_attach_kind(table: NameTable, where: Path, control: Attach, body: Memb
         return False
     if target is None:
         return False
+    if sewn:
+        return _can_be_sewn(table, where, control, body, target)
     if target.deforms:
-        message = f"`{target.name}` also deforms, and the engine cannot connect points; attach both to a rigid body"
+        message = f"`{target.name}` also deforms, and only cloth is sewn to cloth; attach both to a rigid body"
         table.report((*where, "to"), message, "soft-holder")
         return False
     if control.points is not None and body.count == 1 and control.points < target.count:
         message = f"{control.points} points are too few: each of the {target.count} bodies in `{target.text}` needs one"
         table.report((*where, "points"), message, "points")
     return not (body.count == 1 and target.count > 1)  # several holders share one body
+
+
+def _can_be_sewn(table: NameTable, where: Path, control: Attach, body: Member, target: Member) -> bool:
+    """Report what a seam lacks, or cannot join; return whether there are copies to pair."""
+    if body.text != target.text:
+        if body.count == 1 and target.count > 1:
+            message = f"`{body.text}` is sewn to one cloth, and `{target.text}` are {target.count}: name one"
+            table.report((*where, "to"), message, "pairs")
+            return False
+        return True
+    for key in ("region", "to_region"):
+        if getattr(control, key) is None:
+            message = f"`{body.text}` is sewn to itself: name the two parts, `region` and `to_region`"
+            table.report((*where, "to"), message, "itself")
+            break
+    return False
 
 
 def check_release_moment(table: NameTable, where: Path, control: Release, attach: Attach) -> None:
