@@ -17,7 +17,7 @@ PAGE = (HERE.parents[1] / "docs" / "evaluation_results.md").read_text("utf-8")
 PROMPTS = read_suite(HERE / "recorded" / "user_requests.yaml")[0].prompts
 INTERRUPTED = ("awning_melons", "wobble_towers")
 COUNTED = [prompt for prompt in PROMPTS if prompt not in INTERRUPTED]
-FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST, CROWDED, BELLS = (
+FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST, CROWDED, BELLS, STRAPS = (
     COUNTED[4:9],
     COUNTED[9:12],
     COUNTED[12:14],
@@ -27,7 +27,8 @@ FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST, CROWDED, B
     COUNTED[26:29],
     COUNTED[29:33],
     COUNTED[33:36],
-    COUNTED[36:],
+    COUNTED[36:38],
+    COUNTED[38:],
 )
 METHODS, KINDS = ("text2sim-with-cards", "agent-no-cards"), ("physical", "visual")
 AGAIN = {"three_joined_vessels": "film traced again", "band_bundles_tubes": "played again"}
@@ -69,6 +70,7 @@ def test_means_and_differences_are_those_of_the_page():
         "newest four": NEWEST,
         "crowded three": CROWDED,
         "bell and belts": BELLS,
+        "chimney and straps": STRAPS,
     }
     for name, some in (parts | {"user requests": COUNTED}).items():
         found = [estimate([mark(p, METHODS[0], kind) - mark(p, METHODS[1], kind) for p in some]) for kind in KINDS]
@@ -126,4 +128,7 @@ def test_what_was_marked_below_one():
         ("bell_that_kept_silent", ours, "render.front"),
         *(("belt_climbs_the_crown", bare, name) for name in ("body.brake", "action.runs_off", "render.stripe")),
         *(("belt_climbs_the_crown", ours, name) for name in ("action.pushed", "action.stops", "render.high_front")),
+        *(("rip_stitch_straps", bare, name) for name in ("body.straps", "action.hang")),
+        *(("rip_stitch_straps", ours, f"action.{name}") for name in ("rows", "brakes", "hang")),
+        *(("rip_stitch_straps", ours, name) for name in ("body.stitches", "render.folds")),
     }
