@@ -55,6 +55,9 @@ bodies:
   stone: {{kind: rigid, shape: {{kind: sphere, radius: 0.015}}, material: {{mass: {STONE}, touch_soft: false}}, pose: {{pos: [1.2, 0, {1 - 2 * LENGTH}]}}}}
   west: {{kind: cloth, shape: {{kind: sheet, size: [0.1, 0.1]}}, cell: {CELL}, material: {{area_density: 0.1, air_resistance: 0}}, pose: {{pos: [-0.06, 1, 2]}}}}
   east: {{kind: cloth, shape: {{kind: sheet, size: [0.1, 0.1]}}, cell: {CELL}, material: {{area_density: 0.3, air_resistance: 0}}, pose: {{pos: [0.06, 1, 2]}}}}
+  nail: {{kind: rigid, shape: {{kind: sphere, radius: 0.01}}, mount: {{kind: fixed}}, material: {{touch_soft: false}}, pose: {{pos: [-1.25, -1, 1.05]}}}}
+  flag: {{kind: cloth, shape: {{kind: sheet, size: [0.1, 0.1]}}, cell: {CELL}, material: {{air_resistance: 0}}, pose: {{pos: [-1.2, -1, 1], euler_deg: [90, 0, 0]}}}}
+  patch: {{kind: cloth, shape: {{kind: sheet, size: [0.2, 0.1]}}, cell: {CELL}, material: {{air_resistance: 0}}, pose: {{pos: [-1.2, -0.98, 0.89], euler_deg: [90, 0, 0]}}}}
   folded: {{kind: cloth, shape: {{kind: sheet, size: [{WIDTH}, 0.3]}}, cell: {CELL}, material: {{air_resistance: 0}}, pose: {{pos: [0, 2, 2]}}}}
 actions:
   controls:
@@ -63,6 +66,9 @@ actions:
     foot: {{kind: attach, body: "lower[*]", region: {{edge: front}}, to: "load[*]", strength: "{ways("foot")}"}}
     hook: {{kind: attach, body: sling, region: {{edge: back}}, to: bar}}
     lift: {{kind: attach, body: sling, region: {{edge: front}}, to: stone}}
+    pin: {{kind: attach, body: flag, region: {{corner: [left, back]}}, to: nail}}
+    clear: {{kind: remove, body: nail, at: 0.2}}
+    wide: {{kind: attach, body: patch, region: {{edge: back}}, to: flag, to_region: {{edge: front}}}}
     hem: {{kind: attach, body: west, region: {{edge: right}}, to: east, to_region: {{edge: left}}}}
     away: {{kind: initial_velocity, body: west, linear: [-0.4, 0, 0]}}
     shut: {{kind: attach, body: folded, region: {{edge: front}}, to: folded, to_region: {{edge: back}}, at: 0.1}}
@@ -141,6 +147,17 @@ def test_a_seam_conserves_momentum_and_does_not_stretch(trial, agree):
     # In a substep a thread gives by what its points move apart in it, and the projection takes that back.
     agree("length of its threads [m]", gap.max(), gap[0, 0], within=1e-3)
     assert gap.shape[1] == 6
+
+
+def test_what_holds_cloth_lets_go_when_it_is_removed(trial, agree):
+    """A longer edge may be sewn to a shorter one, and both fall together."""
+    (_, v_flag), (_, v_patch) = rows(trial.states, "flag"), rows(trial.states, "patch")
+    mass = {one.body: one.mass for one in trial.states.deformables}
+    down = (mass["flag"] * v_flag[:, 2] + mass["patch"] * v_patch[:, 2]) / (mass["flag"] + mass["patch"])
+    before, after = trial.time < 0.2, trial.time > 0.21
+    assert abs(down[before]).max() < 0.5 * G * 0.2
+    t = trial.time[after] - trial.time[after][0]
+    agree("both fall freely [m/s]", down[after] - down[after][0], -G * t, within=0.02)
 
 
 def test_a_cloth_is_sewn_to_itself(trial, agree):

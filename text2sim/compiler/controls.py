@@ -36,6 +36,7 @@ from text2sim.compiler.soft.controls import (
     ANY_FIELD,
     NEVER_REACHED,
     WORLD,
+    SeamRegionError,
     SoftControls,
     ends_of,
     held_copies,
@@ -151,6 +152,8 @@ class _Lowering:
             chosen, part = select(control.joint if isinstance(control, Drive) else control.body, self.copies)
             try:
                 self._act(control, chosen, part, origin)
+            except SeamRegionError as error:
+                self._report(origin, ("to_region",), str(error), "empty-region")
             except RegionError as error:
                 key = next((key for key in ("region", "point") if getattr(control, key, None) is not None), "body")
                 self._report(origin, (key,), f"`{chosen[0].body}`: {error}", "empty-region")

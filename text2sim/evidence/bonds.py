@@ -1,4 +1,4 @@
-"""Bonds of rigid bodies: what broke, and what still hangs together."""
+"""Bonds, and attachments that break: what broke, and what still hangs together."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -257,7 +257,10 @@ def _released(recording: RecordedCase, event: events.ReleasedEvent, log: EventLo
     if not isinstance(attach, Attach):
         raise EventError(f"there is no attach `{event.attach}`")
     times = [c.at if c.on is None else acted_on(recording, c.on, log) for c in _releases(recording, event)]
+    own = [bond for bond in recording.states.bonds if bond.control == event.attach]
     end = recording.states.end + 1e-9
+    if own and all(bond.broken_at is not None for bond in own):  # nothing was left to be released after that
+        end = max(bond.broken_at or 0.0 for bond in own)
     return [{"time": t, "between": [attach.body, attach.to]} for t in times if t is not None and t <= end]
 
 

@@ -173,9 +173,9 @@ class Facts:
 
     @cached_property
     def _attached(self) -> set[str]:
-        """Deformable bodies with a part that is held at some time."""
-        controls = self.case.actions.controls.values()
-        return {body_of(control.body) for control in controls if control.kind == "attach"}
+        """Deformable bodies with a part that is held, or sewn to another one, at some time."""
+        attaches = [control for control in self.case.actions.controls.values() if control.kind == "attach"]
+        return {body_of(name) for control in attaches for name in (control.body, control.to)}
 
     @cached_property
     def moving(self) -> list[Copy]:

@@ -17,7 +17,7 @@ class BondRecord:
     between: tuple[str, str]
     """Their names."""
     pos: tuple[float, float, float]
-    """Middle of their face [m] at the start."""
+    """Middle of their face, or of the points that are held [m], as it begins."""
     area: float | None
     """[m2]; None without a face."""
     peak: float

@@ -111,13 +111,20 @@ class Hold:
         given, self.grip.given = array(self.grip.given), self.grip.given * 0.0
         pulls = [np.linalg.norm(given[self.owner == k].sum(axis=0)) for k in range(len(self.links))]
         for k in self.loads.take(pulls, t):
-            self.grip.drop(self.owner == k)
-        if not len(self.owner):
-            self.active, self.over = False, True
+            self.let_go(self.owner == k)
 
     def end(self):
         """Let go of all points."""
-        self.grip.end()
+        self.let_go(np.ones(len(self.chosen), dtype=bool))
+
+    def let_go(self, gone):
+        """Let go of some of the points, given as a mask."""
+        self.grip.drop(gone)
+        self.chosen, self.owner, self.at, self.local = (
+            some[~gone] for some in (self.chosen, self.owner, self.at, self.local)
+        )
+        if not len(self.chosen):
+            self.active, self.over = False, True
 
     def look(self):
         """Read poses and velocities of the links."""
@@ -146,10 +153,16 @@ class Hold:
 
 
 class Holds:
-    """Begins and ends the holds at their times or events."""
+    """Begins and ends the holds at their times or events.
 
-    def __init__(self, holds, happened=None):
-        self.holds, self.happened = holds, {} if happened is None else happened
+    Args:
+        holds: The holds and seams.
+        happened: Time [s] of each event that has happened.
+        gone: Set of the links of removed bodies, which hold nothing any more.
+    """
+
+    def __init__(self, holds, happened=None, gone=frozenset()):
+        self.holds, self.happened, self.gone = holds, {} if happened is None else happened, gone
 
     def __call__(self, t):
         """Update the holds before the step that begins at t [s]."""
@@ -158,9 +171,11 @@ class Holds:
                 continue
             if hold.active and any(self._is_over(hold, end, t) for end in hold.until):
                 hold.end()
-                hold.active, hold.over = False, True
             elif not hold.active and t >= hold.start - 1e-9:
                 hold.begin()
+            for k, link in enumerate(hold.links if hold.active else ()):
+                if link in self.gone and (held := hold.owner == k).any():
+                    hold.let_go(held)
             if hold.active:
                 hold.step(t)
 
@@ -187,13 +202,12 @@ class _Pbd:
         self.entity.set_particles_pos(tensor(places), self.hold.chosen)
         self.entity.set_particles_vel(tensor(speeds), self.hold.chosen)
 
-    def end(self):
+    def drop(self, gone):
+        let = self.hold.chosen[gone]
         if self.hold.rigid.is_active:
-            self.entity.release_particle(self.hold.chosen)
+            self.entity.release_particle(let)
         else:  # `release_particle` needs links, and there are none
-            chosen = torch.as_tensor(
-                self.hold.chosen[None] + self.entity.particle_start, dtype=gs.tc_int, device=gs.device
-            )
+            chosen = torch.as_tensor(let[None] + self.entity.particle_start, dtype=gs.tc_int, device=gs.device)
             self.entity.solver._kernel_release_particle(chosen, torch.zeros(1, dtype=gs.tc_int, device=gs.device))
 
 
@@ -224,8 +238,8 @@ class _Mpm:
     def step(self):
         pass
 
-    def end(self):
-        self.entity.remove_particle_constraints(self._mask(slice(None)))
+    def drop(self, gone):
+        self.entity.remove_particle_constraints(self._mask(gone))
 
     def _mask(self, mine):
         mask = torch.zeros((1, self.entity.n_particles), dtype=torch.bool, device=gs.device)
@@ -254,9 +268,9 @@ class _Fem:
     def step(self):
         pass
 
-    def end(self):
+    def drop(self, gone):
         if self.hold.stiffness is None:
-            self.entity.remove_vertex_constraints(self.hold.chosen)
+            self.entity.remove_vertex_constraints(self.hold.chosen[gone])
 
     def _substep(self):
         hold = self.hold

@@ -32,14 +32,14 @@ class Mutual:
 
     def begin(self):
         """Weigh the points as their links need it, and act in every substep from now on."""
-        hold, solver = self.hold, self.solver
+        hold = self.hold
         chosen = hold.chosen + hold.points.entity.particle_start
         weights = array(hold.rigid.get_links_invweight(hold.links)).reshape(len(hold.links), -1)[hold.owner]
         arms = np.linalg.norm(hold.local, axis=1)
         mass = 1.0 / np.maximum(weights[:, 0] + weights[:, 1] * arms**2, LEAST) / np.bincount(hold.owner)[hold.owner]
-        self.numbers, self.own = torch.as_tensor(chosen, dtype=gs.tc_int), solver.particles_info.mass[int(chosen[0])]
+        self.numbers, self.own = torch.as_tensor(chosen, dtype=gs.tc_int), hold.points.masses[hold.chosen]
         if not hold.both_ways:
-            mass = np.full(len(chosen), HEAVY * self.own)
+            mass = HEAVY * self.own
         links = torch.as_tensor(np.asarray(hold.links)[hold.owner], dtype=gs.tc_int)
         self.rows = self.numbers, links, tensor(hold.local)
         self.mass, self.given = tensor(mass), tensor(np.zeros((len(mass), 3)))
@@ -51,18 +51,12 @@ class Mutual:
     def step(self):
         """Do nothing: substeps do it."""
 
-    def end(self):
-        """Let go of all points."""
-        self.drop(np.ones(len(self.numbers), dtype=bool))
-
     def drop(self, gone):
         """Let go of some of the points, given as a mask."""
-        self._weigh(np.full(len(self.numbers), self.own))
+        self._weigh(np.where(gone, self.own, array(self.mass)))
         kept = torch.as_tensor(np.flatnonzero(~gone))
         self.numbers, self.mass, self.given = self.numbers[kept], self.mass[kept], self.given[kept]
-        self.rows = tuple(row[kept] for row in self.rows)
-        self.hold.owner = self.hold.owner[~gone]
-        self._weigh(array(self.mass))
+        self.rows, self.own = tuple(row[kept] for row in self.rows), self.own[~gone]
 
     def _weigh(self, masses):
         for number, mass in zip(self.numbers.tolist(), masses, strict=True):

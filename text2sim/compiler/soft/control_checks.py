@@ -27,11 +27,11 @@ def check_soft_controls(loaded: LoadedCase) -> list[Problem]:
                 message = "stiffness does not apply to solver pbd, which holds particles exactly; leave it out"
                 found.append(loaded.problem((*where, "stiffness"), message, key=True, rule="firm-only"))
             if solver == "ipc" and control.strength is not None:
-                message = "strength is for cloth of solver pbd, and this one is simulated by ipc: end it by a `release`"
+                message = "strength is for cloth of solver pbd, and this one is simulated by ipc; leave it out"
                 found.append(loaded.problem((*where, "strength"), message, key=True, rule="no-strength"))
             holder = case.bodies.get(body_of(control.to))
             if solver == "ipc" and is_soft(holder):
-                message = "cloth of solver pbd is sewn to cloth, and this one is simulated by ipc: attach it to a body"
+                message = "cloth of solver pbd is sewn to cloth, and this one is simulated by ipc; leave it out"
                 found.append(loaded.problem((*where, "to"), message, rule="soft-holder"))
     return found
 

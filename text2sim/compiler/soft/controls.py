@@ -9,6 +9,7 @@ from text2sim.compiler.literal import Code
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.schedules import call_of, largest, scale_constructor
 from text2sim.compiler.selection import select
+from text2sim.compiler.shapes.regions import RegionError
 from text2sim.compiler.shapes.rotation import vector_unit
 from text2sim.compiler.soft.regions import region_finder
 from text2sim.compiler.soft.scales import Scales
@@ -28,6 +29,10 @@ WORLD = "world"
 NEVER_REACHED = 1e9
 """Time [s] that no run reaches."""
 ANY_FIELD = Wind | Drag | Attraction | Vortex | Turbulence
+
+
+class SeamRegionError(RegionError):
+    """The cloth to which another one is sewn does not reach into `to_region`."""
 
 
 @dataclass
@@ -56,9 +61,12 @@ class SoftControls:
             held: What holds it, and how.
             until: Times [s] and events that end it.
             origin: The control.
+
+        Raises:
+            SeamRegionError: If it is sewn to a region of a cloth that has no such part.
         """
         attach = held.attach
-        sewn = [holder for holder in held.by if isinstance(holder.model, Cloth)][:1]
+        sewn = next((holder for holder in held.by if isinstance(holder.model, Cloth)), None)
         return Hold(
             entity=copy.name,
             pose=(copy.pos, copy.quat),
@@ -69,11 +77,17 @@ class SoftControls:
             stiffness=attach.stiffness,
             both_ways=solver_of(copy.model, self.scene) == "pbd" and bool(held.by) and all(map(_can_be_moved, held.by)),
             strength=attach.strength,
-            seam=next((((to.pos, to.quat), self.finder(to, attach.to_region)) for to in sewn), None),
+            seam=None if sewn is None else ((sewn.pos, sewn.quat), self._finder_of_seam(sewn, attach.to_region)),
             start=attach.at,
             until=tuple(until),
             **origin._asdict(),
         )
+
+    def _finder_of_seam(self, to: Copy, region: BodyRegion | None) -> Code:
+        try:
+            return self.finder(to, region)
+        except RegionError as error:
+            raise SeamRegionError(f"`{to.body}`: {error}") from None
 
     def push(self, copy: Copy, control: Force | Impulse, origin: Origin) -> Push:
         """Return the row for a force or an impulse on one copy.

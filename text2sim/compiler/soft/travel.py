@@ -96,7 +96,7 @@ def travel(
         elif push.drag:
             distance = min(distance, force / push.drag * span)
         _fly(flights, push.entity, push.force, min(distance, MAX_FOLLOWED_DISTANCE) / force)
-    held = {hold.entity for hold in rows.holds}
+    held = {name for hold in rows.holds for name in (hold.entity, *(hold.to if hold.seam is not None else ()))}
     sails = {hold.entity for hold in rows.holds if any(_is_free(copies[name]) for name in hold.to)}
     for flow in rows.airflows:
         if fast := hypot(*flow.velocity):

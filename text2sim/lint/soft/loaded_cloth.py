@@ -7,7 +7,6 @@ from text2sim.compiler.action_rows import Hold
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.soft.scales import sheet_size
 from text2sim.compiler.soft.settings import own_stretch
-from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.script.gap_bounds import height
@@ -33,7 +32,7 @@ def _overloaded(facts: Facts) -> Iterator[Problem]:
         density = getattr(body.model.material, "area_density", None)
         own = [row for row in holds if row.entity == body.name]
         loads = dict.fromkeys(name for row in own if row.both_ways for name in row.to)
-        hanging = [facts.copies[name] for name in loads if _hangs(facts, facts.copies[name])]
+        hanging = [facts.copies[name] for name in loads if _hangs(facts, facts.copies[name], body)]
         elastic = getattr(body.model.material, "youngs_modulus", None)
         if pbd is None or density is None or elastic or not hanging or body.body in seen or not _is_held(own):
             continue
@@ -65,15 +64,19 @@ def _stretch(facts: Facts, body: SoftBody, carried: float) -> float:
     return 2 * own * carried / (body.model.material.area_density * wide * tall)
 
 
-def _hangs(facts: Facts, load: Copy) -> bool:
-    """Return whether a load is free, and nothing rigid is below it."""
+def _hangs(facts: Facts, load: Copy, cloth: SoftBody) -> bool:
+    """Return whether a load hangs on a cloth alone: it is free, in its lower half, and nothing is below it."""
     box = facts.box(load)
-    if box is None or not facts.free(load) or any(height(ground, box) < MIN_AIR_GAP for ground in facts.planes):
+    others = {name for weld in facts.rows.welds for name in (weld.a, weld.b)} | facts.bonded | facts.sprung
+    if box is None or not facts.free(load) or load.name in others:
         return False
-    (x, y, z), (far_x, far_y, _) = box
+    (x, y, z), (far_x, far_y, top) = box
+    low, high = (corner[2] for corner in cloth.box)
+    if top > (low + high) / 2 or any(height(ground, box) < MIN_AIR_GAP for ground in facts.planes):
+        return False
     for other in facts.copies.values():
-        below = None if other is load or is_soft(other.model) else facts.box(other)
-        if below is None or not (z - MIN_AIR_GAP < below[1][2] < box[1][2]):
+        below = None if other in (load, cloth.copy) else facts.box(other)
+        if below is None or not (z - MIN_AIR_GAP < below[1][2] < top):
             continue
         if below[0][0] < far_x and below[1][0] > x and below[0][1] < far_y and below[1][1] > y:
             return False
@@ -81,8 +84,8 @@ def _hangs(facts: Facts, load: Copy) -> bool:
 
 
 def _is_held(holds: list[Hold]) -> bool:
-    """Return whether anything but loads holds a cloth."""
-    return any(not row.both_ways for row in holds)
+    """Return whether something that is no load, nor another cloth, holds a cloth."""
+    return any(not row.both_ways and row.seam is None for row in holds)
 
 
 def _carriers(holds: list[Hold], load: Copy) -> int:

@@ -167,8 +167,7 @@ class Attach(Acting):
     They keep their relative pose of that time, or, if they are rigid, turn about a `pivot`. Two links that are attached
     do not collide, other links of the two bodies do. Soft bodies and cloth are attached by points: pins, hooks, clamps.
     Cloth (pbd) pulls its holder, unless that is driven or has a motor. A soft body does not: its holder moves its
-    points without a reaction force. Cloth is sewn to cloth, also to itself, by threads that are as long as the points
-    are apart at that time.
+    points without a reaction force. Cloth is sewn to cloth, also to itself, by threads as long as its points are apart.
     """
 
     kind: Literal["attach"]
@@ -180,19 +179,17 @@ class Attach(Acting):
     """For deformable bodies: number of points of the region, evenly distributed; by default all. With several copies in
     `to`, each holds the nearest."""
     to: Selector
-    """The holder: a body, static or link, or `world`, which holds the body where it is; for cloth (pbd) also a cloth.
-    Copies pair one to one, or all with the one; several copies hold one deformable body together."""
+    """The holder: a body, static or link, or `world`, which holds the body where it is. Copies pair one to one, or all
+    with the one; several copies hold one deformable body together."""
     to_region: BodyRegion | None = None
-    """Of cloth that is sewn to cloth: the part of `to` it is sewn to, each point to the nearest one; by default the
-    whole. A seam, or stitches that close a fold."""
+    """For deformable bodies, cloth sewn to cloth: the part of `to` in which each point is sewn to the nearest one."""
     pivot: Vec3 | BodyRegion | None = None
     """Of rigid bodies: point [m] or region of `body`, in its frame, about which it turns freely, as on a hook."""
     stiffness: Positive | None = None
     """For mpm and fem bodies: total stiffness [N/m] of springs that hold the points. Without, they follow exactly (fem,
     pbd), or four substeps late (mpm)."""
     strength: Positive | None = None
-    """Force [N] at which it breaks, of rigid bodies held from the start on, or of cloth (pbd): the mean over a `dt` of
-    all its points together, of each holder for itself. Rows that rip one by one are `repeat`ed controls."""
+    """Force [N] at which it breaks: of rigid bodies held from the start on, or of cloth (pbd), in all at a holder."""
     at: Seconds = 0.0
     """Time [s]."""
 

@@ -126,7 +126,7 @@ class RemovedEvent(_Event):
 
 
 class BrokenEvent(_Event):
-    """A bond breaks; each one counts."""
+    """A bond or an attachment breaks; each one counts."""
 
     kind: Literal["broken"]
     bond: Name

@@ -203,20 +203,20 @@ def _check_reach(table: NameTable, where: Path, control: Reach) -> None:
 
 def _check_attach(table: NameTable, where: Path, name: str, control: Attach) -> None:
     body = table.find(control.body, (*where, "body"))
-    target = _find_holder(table, where, name, control)
-    if body is None or _lacks_a_link(table, where, body, target):
-        return
-    if not body.dynamic:
+    if body is not None and not body.dynamic:
         message = f"{body.why_not_dynamic}; `body` is the moving one, `to` its holder"
         table.report((*where, "body"), message, "not-dynamic")
-    if target is None and not _to_world(table, control):
-        return
-    if check_attach_kind(table, where, control, body, target) and target is not None:
-        _check_pair(table, where, control, body, target)
+    found = len(table.problems)
+    for text in _targets(table, name, control):
+        target = None if _is_world(table, text) else table.find(text, (*where, "to"))
+        if body is None or _lacks_a_link(table, where, body, target) or len(table.problems) > found:
+            return
+        if check_attach_kind(table, where, control, body, target) and target is not None:
+            _check_pair(table, where, control, body, target)
 
 
 def _check_spring(table: NameTable, where: Path, name: str, control: Spring) -> None:
-    if _to_world(table, control):
+    if _is_world(table, control.to):
         message = "a spring needs something at both ends: a static, such as a hook or a beam, in place of the world"
         table.report((*where, "to"), message, "no-world")
         return
@@ -264,27 +264,28 @@ def _check_pair(table: NameTable, where: Path, control: Attach | Spring, body: M
 
 
 def _targets(table: NameTable, name: str, control: Attach | Spring) -> list[str]:
-    """Return the holders of the first copy and of the last one that is selected."""
+    """Return the holders of all copies of a body, each once."""
     selection = parse_selector(control.body)
     model = table.bodies.get(selection.body)
-    if _to_world(table, control):
-        return []
     if not table.loaded.varies(("actions", "controls", name, "to")) or model is None:
         return [control.to]
     count = table.copies(selection.body, model)
-    last = max(0, min(selection.last or count, count) - 1)
-    try:
-        variables = {"i": last, "n": count, "u": last / (count - 1) if count > 1 else 0.0}
-        copy: Control = table.loaded.control_copy(name, variables)
-    except SpecError as error:
-        table.problems += error.problems
-        return [control.to]
-    return [control.to, copy.to] if isinstance(copy, Attach | Spring) else [control.to]
+    found: dict[str, None] = {}
+    for i in range(count)[selection.first : selection.last]:
+        try:
+            variables = {"i": i, "n": count, "u": i / (count - 1) if count > 1 else 0.0}
+            copy: Control = table.loaded.control_copy(name, variables)
+        except SpecError as error:
+            table.problems += error.problems
+            break
+        if isinstance(copy, Attach | Spring):
+            found[copy.to] = None
+    return [*found] or [control.to]
 
 
-def _to_world(table: NameTable, control: Attach | Spring) -> bool:
-    """Return whether a control attaches a body to the world."""
-    return control.to == WORLD and WORLD not in table.bodies and WORLD not in table.statics
+def _is_world(table: NameTable, name: str) -> bool:
+    """Return whether the name of a holder stands for the world."""
+    return name == WORLD and WORLD not in table.bodies and WORLD not in table.statics
 
 
 def _check_release(table: NameTable, where: Path, control: Release) -> None:

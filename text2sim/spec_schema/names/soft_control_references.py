@@ -93,7 +93,7 @@ def check_attach_kind(table: NameTable, where: Path, control: Attach, body: Memb
         message = f"strength is for rigid bodies, and for cloth that is sewn or held by bodies; {why}"
         table.report((*where, "strength"), message, "no-strength", key=True)
     sewn = cloth and target is not None and getattr(target.model, "kind", None) == "cloth"
-    if control.to_region is not None and not sewn:
+    if control.to_region is not None and not sewn and not (target is not None and target.deforms):
         message = "to_region is for cloth that is sewn to cloth; what is rigid holds points wherever they are"
         table.report((*where, "to_region"), message, "not-soft", key=True)
     if control.pivot is not None:
@@ -119,17 +119,16 @@ def check_attach_kind(table: NameTable, where: Path, control: Attach, body: Memb
 
 def _can_be_sewn(table: NameTable, where: Path, control: Attach, body: Member, target: Member) -> bool:
     """Report what a seam lacks, or cannot join; return whether there are copies to pair."""
-    if body.text != target.text:
-        if body.count == 1 and target.count > 1:
-            message = f"`{body.text}` is sewn to one cloth, and `{target.text}` are {target.count}: name one"
-            table.report((*where, "to"), message, "pairs")
-            return False
+    if body.count == 1 and target.count > 1:
+        message = f"`{target.text}` has {target.count} copies; name the one to sew `{body.text}` to"
+        table.report((*where, "to"), message, "pairs")
+        return False
+    if body.name != target.name:
         return True
-    for key in ("region", "to_region"):
-        if getattr(control, key) is None:
-            message = f"`{body.text}` is sewn to itself: name the two parts, `region` and `to_region`"
-            table.report((*where, "to"), message, "itself")
-            break
+    lacking = [key for key in ("region", "to_region") if getattr(control, key) is None]
+    if lacking or control.region == control.to_region:
+        message = f"`{body.text}` is sewn to itself: name the two parts, `region` and `to_region`"
+        table.report((*where, "to"), message, "itself")
     return False
 
 
