@@ -126,7 +126,7 @@ class RemovedEvent(_Event):
 
 
 class BrokenEvent(_Event):
-    """A bond or an attachment breaks; each one counts."""
+    """A bond or attachment breaks; each counts."""
 
     kind: Literal["broken"]
     bond: Name
