@@ -18,7 +18,7 @@ PYTEST := $(BIN)/python -m pytest -n logical --dist loadfile --no-loadscope-reor
 
 help:
 	@echo 'make demo          set up, run cases/brick_wall, path trace its film, print where film and report are'
-	@echo 'make test          set up, run the quick tests: seven minutes on two cores'
+	@echo 'make test          set up, run the quick tests: seven minutes on two cores, the first time twelve'
 	@echo 'make test-all      set up, run all tests: engine, path tracer, browser'
 	@echo 'make test-changed  of the others, those that the changes since SINCE concern, and a share that rotates'
 	@echo 'make check         set up; format, lint, types, quick tests: what a change must pass'

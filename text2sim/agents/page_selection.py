@@ -58,33 +58,13 @@ BODY_WORDS = {
 }
 """Everyday words for things that this kind fits better than any other."""
 CONTROL_WORDS = {
-    "attach": frozenset(
-        {
-            "tie",
-            "ties",
-            "tied",
-            "held",
-            "pinned",
-            "fastened",
-            "hang",
-            "hangs",
-            "sewn",
-            "welded",
-            "attachments",
-            "seam",
-            "seams",
-            "stitch",
-            "stitches",
-            "stitched",
-            "stitching",
-            "sew",
-            "rip",
-            "rips",
-        }
-    ),
+    "attach": frozenset({
+        "tie", "ties", "tied", "held", "pinned", "fastened", "hang", "hangs", "sewn", "welded", "attachments", "seam",
+        "seams", "stitch", "stitches", "stitched", "stitching", "sew", "rip", "rips",
+    }),
     "spring": frozenset({"springs", "sprung", "coil", "bungee", "elastic", "slingshot"}),
     "release": frozenset({"let", "lets", "freed", "loose", "snap", "snaps"}),
-}
+}  # fmt: skip
 """Everyday words for controls, in a brief."""
 IN_STAGES = frozenset({
     "back", "return", "returns", "again", "twice", "between", "fro", "then", "until", "kept", "keeps", "holds",

@@ -142,7 +142,7 @@ def _mend_equalities() -> None:
 def _mend_many_sweeps() -> None:
     """Compiles many sweeps over the threads of cloth as one kernel of few that runs many times.
 
-    Genesis 1.4.5 unrolls all of them into one kernel: 200 sweeps took six minutes to compile.
+    Genesis 1.4.5 unrolls all of them into one kernel, so that the more there are, the longer it takes to compile.
     """
     build = PBDSolver.build
     if "qd.static(range(self._max_stretch_solver_iterations))" not in inspect.getsource(PBDSolver):

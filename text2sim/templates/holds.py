@@ -173,7 +173,7 @@ class Holds:
                 hold.end()
             elif not hold.active and t >= hold.start - 1e-9:
                 hold.begin()
-            for k, link in enumerate(hold.links if hold.active else ()):
+            for k, link in enumerate(hold.links if hold.active and self.gone else ()):
                 if link in self.gone and (held := hold.owner == k).any():
                     hold.let_go(held)
             if hold.active:
