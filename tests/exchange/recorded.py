@@ -124,7 +124,7 @@ def _add_soft(folder: Path, layout: dict, arrays: dict, *, cloth: bool, grains: 
         points.append(fallen)
     if painted:
         (folder / "geometry" / "soft_index.json").write_text(json.dumps(painted))
-        arrays["soft_velocity"] = np.zeros((frames, len(painted), 3), np.float32)
+        arrays["soft_velocity"] = arrays["soft_spin"] = np.zeros((frames, len(painted), 3), np.float32)
         arrays["soft_kinetic"] = arrays["soft_speed"] = np.zeros((frames, len(painted)), np.float32)
         arrays["soft_points"] = np.concatenate(points, axis=1).astype(np.float32)
         arrays["soft_surface"] = np.concatenate(surface, axis=1).astype(np.float32)

@@ -126,7 +126,7 @@ class WrittenRun:
     def add_soft(
         self, body: str, points: Any, *, kind: str = "soft", solver: str = "mpm", spacing: float = 0.1,
         mass: float = 1.0, surface: Any = None, pos: Any = ORIGIN, quat: Any = IDENTITY, domain: Any = None,
-        vel: Any = ORIGIN, kinetic: Any = 0.0, speed: Any = 0.0, **geometry: Any,
+        vel: Any = ORIGIN, spin: Any = ORIGIN, kinetic: Any = 0.0, speed: Any = 0.0, **geometry: Any,
     ) -> None:  # fmt: skip
         """Add a body that deforms; `points` and `surface` are arrays over all frames (F, n, 3), or constant (n, 3)."""
         frames = len(self.time)
@@ -147,6 +147,7 @@ class WrittenRun:
         (self.folder / "geometry").mkdir(parents=True, exist_ok=True)
         np.savez(self.folder / "geometry" / f"soft_{len(self.soft) - 1}.npz", **arrays)
         motion = {"soft_velocity": np.broadcast_to(vel, (frames, 3))}
+        motion["soft_spin"] = np.broadcast_to(spin, (frames, 3))
         motion |= {"soft_kinetic": np.broadcast_to(kinetic, frames), "soft_speed": np.broadcast_to(speed, frames)}
         self.soft_arrays.append((points, seen, motion))
 

@@ -301,6 +301,21 @@ def test_angular_momentum_of_a_dumbbell(new_run, measure):
     np.testing.assert_allclose(measure(folder, about=[0, 0, 0], **of).values, own + 2 * m * -1.0, rtol=1e-5)
 
 
+def test_angular_momentum_of_a_body_that_deforms(new_run, measure):
+    run = new_run()
+    # A block of 2 kg at x = 1 m that goes along y at 3 m/s and turns; a ball of 1 kg goes the other way twice as fast.
+    center = np.column_stack([1 + 0 * run.time, 3 * run.time, 0 * run.time])
+    corners = np.array([[-0.1, 0, 0], [0.1, 0, 0]])
+    run.add_soft("gel", center[:, None] + corners, mass=2.0, vel=(0, 3, 0), spin=(0.1, 0.2, 0.7))
+    run.add_link("ball", mass=1.0, pos=-2 * center, vel=(0, -6, 0), inertia=np.zeros((3, 3)))
+    folder = run.write()
+    of = {"kind": "angular_momentum", "axis": "z"}
+    np.testing.assert_allclose(measure(folder, of="gel", **of).values, 0.7, rtol=1e-5)
+    np.testing.assert_allclose(measure(folder, of="gel", about=[0, 0, 0], **of).values, 0.7 + 2 * 3, rtol=1e-5)
+    # Their common centre of mass rests at the origin: m x v of both is 6 + 12.
+    np.testing.assert_allclose(measure(folder, of=["gel", "ball"], **of).values, 0.7 + 6 + 12, rtol=1e-5)
+
+
 def test_change_is_counted_from_the_start_or_a_time(fall, measure):
     folder = fall.write()
     of = {"kind": "position", "of": "ball", "axis": "z"}

@@ -20,19 +20,21 @@ bodies:
     pose: {pos: [0.4, 0.25, 0.5]}
   slider: {kind: soft, shape: {kind: box, size: [0.1, 0.1, 0.1]}, material: {youngs_modulus: 1e5}, pose: {pos: [-0.1, 0, 0.06]}}
   soft: {kind: soft, shape: {kind: box, size: [0.1, 0.1, 0.1]}, material: {youngs_modulus: 1e5}, pose: {pos: [0, 0.5, 0.65]}}
+  spinner: {kind: soft, shape: {kind: box, size: [0.1, 0.1, 0.1]}, material: {youngs_modulus: 1e5}, pose: {pos: [-0.1, 0.25, 0.65]}}
   hard: {kind: rigid, shape: {kind: box, size: [0.1, 0.1, 0.1]}, material: {density: 500}, pose: {pos: [0.16, 0.5, 0.65]}}
 actions:
   controls:
     hang: {kind: attach, body: bar, region: {face: top}, to: world}
     slide: {kind: initial_velocity, body: slider, linear: [0.8, 0, 0]}
     fly: {kind: initial_velocity, body: soft, linear: [1, 0, 0]}
+    spin: {kind: initial_velocity, body: spinner, linear: [0.2, 0, 0], angular: [0, 0, "${rate}"]}
 """
-LENGTH, CELL, MU = 0.3, 0.02, 0.25
+LENGTH, CELL, MU, RATE = 0.3, 0.02, 0.25, 10.0
 
 
 @pytest.fixture(scope="module")
 def trial(simulate):
-    return simulate(SCENE, length=LENGTH, mu=MU)
+    return simulate(SCENE, length=LENGTH, mu=MU, rate=RATE)
 
 
 def test_a_bar_lengthens_under_its_own_weight_and_rings(trial, agree):
@@ -60,7 +62,7 @@ def test_soft_and_rigid_bodies_exchange_momentum_and_rub(trial, agree):
     The latter, taken over the whole way, knows nothing of how it came down: mu = (v0 - v) / (g t + vz).
     """
     states = trial.states
-    mass = [body.mass for body in states.deformables if body.body != "bar"]
+    mass = [body.mass for body in states.deformables if body.body in ("soft", "slider")]
     agree("mass of a soft cube [kg]", mass, 1.0, within=1e-5)
     soft, slider = (
         states.soft_velocity[:, k].astype(float)
@@ -77,3 +79,15 @@ def test_soft_and_rigid_bodies_exchange_momentum_and_rub(trial, agree):
     end = int(np.flatnonzero(slider[:, 0] > 0.1)[-1])
     rubbed = (0.8 - slider[end, 0]) / (G * trial.time[end] + slider[end, 2])
     agree("soft cube on a slab: friction", rubbed, MU, within=0.01)
+
+
+def test_a_soft_cube_that_spins_in_flight_keeps_its_angular_momentum(trial, agree):
+    """L = I w, with the moment of inertia I of its particles: gravity has no moment about the centre of mass."""
+    states = trial.states
+    row, body = next((k, body) for k, body in enumerate(states.deformables) if body.body == "spinner")
+    spin = states.soft_spin[:, row].astype(float)
+    around = body.rest[:, :2] - body.rest[:, :2].mean(axis=0)
+    theory = body.mass * (around**2).sum(axis=1).mean() * RATE
+    agree("spinning soft cube: moment of inertia [kg m2]", theory / RATE, 1.0 * 0.1**2 / 6, within=1e-4)
+    agree("spinning soft cube: angular momentum about z [kg m2/s]", spin[:, 2], theory, within=0.02 * theory)
+    agree("spinning soft cube: about x and y [kg m2/s]", spin[:, :2], 0.0, within=0.02 * theory)

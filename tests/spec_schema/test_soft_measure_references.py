@@ -32,7 +32,6 @@ def problems(stage, edits):
         ({"kind": "tilt", "of": "gel"}, "measure-kind", "of", "two regions"),
         ({"kind": "angular_speed", "of": "rag"}, "measure-kind", "of", "region"),
         ({"kind": "turns", "of": "gel", "axis": "z"}, "measure-kind", "of", "two regions"),
-        ({"kind": "angular_momentum", "of": "gel", "axis": "z"}, "measure-kind", "of", "momentum"),
         ({"kind": "wrinkling", "of": "gel"}, "measure-kind", "of", "it needs cloth"),
         ({"kind": "bend", "of": "rag", "stat": "max"}, "measure-kind", "of", "wrinkling"),
         ({"kind": "bend", "of": "ball"}, "measure-kind", "of", "no joints"),

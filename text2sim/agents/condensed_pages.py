@@ -20,11 +20,13 @@ _REGION = re.compile(r"region: \{kind: (\w+), [^{}]*\}")
 _RULE = re.compile(r"^\|(?:-+\|)+\n", re.MULTILINE)
 _MAGNITUDES = re.compile(r"from 1e-\S+ to 1e\+\S+ [a-z]+[0-9/a-z]*")
 """Wide bounds of quantities with a unit; a condensed page says `greater than 0`, and the checker reports the rest."""
+_BOX = "{min: [x, y, z], max: [x, y, z]}"
 _SHORTER = (
     ("a number greater than ", "> "), ("a number of at least ", ">= "), ("a number from ", "number "),
     ("a whole number", "int"), ("whole numbers", "ints"), (", and at most ", ", <= "), ("true or false", "bool"),
     ("a number", "number"), ("a selector, or a list of selectors", "selectors"), ("a selector", "selector"),
-    ("a name", "name"), ("one of ", ""), ("[Bounds](#shots-and-overlays)", "{min: [x, y, z], max: [x, y, z]}"),
+    ("a name", "name"), ("one of ", ""), ("[Bounds](#shots-and-overlays)", _BOX),
+    ("[SolverBounds](#solvers-of-deformable-bodies)", _BOX),
 )  # fmt: skip
 
 

@@ -31,7 +31,7 @@ KINDS_BY_MODEL: dict[str, frozenset[str]] = {
     "Contact": DEFORMABLE_KINDS | {"fem", "ipc", "pairs"}, "Solver": frozenset({"newton", "cg"}),
     "Material": frozenset(), "Look": frozenset(), "Pose": frozenset(),
     "Mpm": MPM, "Pbd": frozenset({"cloth"}), "Fem": frozenset({"fem"}), "Ipc": frozenset({"ipc"}),
-    "SolverBounds": DEFORMABLE_KINDS, "JointDynamics": frozenset({"articulated"}), "Actuator": MOTORED,
+    "JointDynamics": frozenset({"articulated"}), "Actuator": MOTORED,
     "Palette": COPIES, "Vary": COPIES,
     "SoftMaterial": frozenset({"soft"}), "ClothMaterial": frozenset({"cloth"}),
     "GranularMaterial": frozenset({"granular"}), "LiquidMaterial": frozenset({"liquid"}),

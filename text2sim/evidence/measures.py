@@ -359,10 +359,7 @@ def _momentum(recording: RecordedCase, measure: measures.Momentum) -> Array:
 
 def _angular_momentum(recording: RecordedCase, measure: measures.AngularMomentum) -> Array:
     """A component of `RecordedCase.angular_momentum`."""
-    targets = _targets(recording, measure.of)
-    for target in targets:
-        _needs_frame(target, "angular_momentum")
-    return recording.angular_momentum(targets, measure.about)[:, _COLUMN[measure.axis]]
+    return recording.angular_momentum(_targets(recording, measure.of), measure.about)[:, _COLUMN[measure.axis]]
 
 
 def _count_in(recording: RecordedCase, measure: measures.CountIn) -> Array:

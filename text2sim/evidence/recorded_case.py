@@ -128,13 +128,19 @@ class RecordedCase:
         return kinetic, potential
 
     def angular_momentum(self, targets: Sequence[RecordedTarget], about: tuple[float, float, float] | None) -> Array:
-        """Return the sum of m (x - c) x (v - u) + R I R^T w [kg m2/s] over the links of targets, world, shape (F, 3).
+        """Return the sum of m (x - c) x (v - u) + S [kg m2/s] over links and deformable bodies, world, shape (F, 3).
 
-        c is the common centre of mass and u its velocity, or c is the given point [m] and u is zero.
+        c is the common centre of mass and u its velocity, or c is the given point [m] and u is zero. S is the angular
+        momentum about its own centre of mass: R I R^T w of a link, `soft_spin` of a deformable body.
         """
-        links = links_of(targets)
+        links, soft = links_of(targets), soft_of(targets)
         there = self.there(links)
         masses, x, v = self.masses[links] * there, self.centers(links), self.states.vel[:, links].astype(float)
+        if soft:
+            bodies = [self.states.deformables[number] for number in soft]
+            masses = np.hstack([masses, np.tile([body.mass for body in bodies], (len(masses), 1))])
+            x = np.concatenate([x, np.stack([body.center for body in bodies], axis=1)], axis=1)
+            v = np.concatenate([v, self.states.soft_velocity[:, soft].astype(float)], axis=1)
         if about is not None:
             x = x - np.array(about)
         elif masses.any():
@@ -144,7 +150,8 @@ class RecordedCase:
         own = np.einsum(
             "nij,fnj->fni", self.inertias[links], rotate_back(quat, self.states.ang[:, links].astype(float))
         )
-        return (masses[..., None] * np.cross(x, v) + there[..., None] * rotate(quat, own)).sum(axis=1)
+        spins = (there[..., None] * rotate(quat, own)).sum(axis=1) + self.states.soft_spin[:, soft].sum(axis=1)
+        return (masses[..., None] * np.cross(x, v)).sum(axis=1) + spins
 
     def velocity(self, target: RecordedTarget) -> Array:
         """Return the velocity of a target's centre of mass [m/s], world, shape (F, 3); nan after it left the scene."""

@@ -34,6 +34,7 @@ SOFT_FIELDS: dict[str, tuple[int | str, ...]] = {
     "soft_points": ("P", 3),
     "soft_surface": ("S", 3),
     "soft_velocity": ("B", 3),
+    "soft_spin": ("B", 3),
     "soft_kinetic": ("B",),
     "soft_speed": ("B",),
 }
@@ -228,6 +229,15 @@ class RunStates:
     def soft_velocity(self) -> Array:
         """Velocities of the deformable bodies' centres of mass [m/s], world, shape (F, B, 3)."""
         return self.chunks.gather("soft_velocity", (len(self.deformables), 3))
+
+    @cached_property
+    def soft_spin(self) -> Array:
+        """Angular momenta of the deformable bodies about their centres of mass [kg m2/s], world, shape (F, B, 3).
+
+        Nan in a recording of an older version.
+        """
+        found = self.chunks.gather("soft_spin", (len(self.deformables), 3))
+        return found if len(found) else np.full((self.frames, len(self.deformables), 3), np.nan)
 
     @cached_property
     def soft_kinetic(self) -> Array:

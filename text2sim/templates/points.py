@@ -42,6 +42,14 @@ class Points:
         else:
             self.entity.set_particles_vel(tensor(velocities))
 
+    def set_gradient(self, gradient):
+        """Set the velocity gradient that all particles of an mpm body carry [1/s], (3, 3)."""
+        f = self.entity.sim.cur_substep_local
+        state = self.solver.get_state(f)
+        with torch.no_grad():
+            state.C[:, self.entity.particle_start : self.entity.particle_end] = tensor(gradient)
+        self.solver.set_state(f, state)
+
     def _masses(self):
         """Return the mass of each point [kg], (n,)."""
         if not self.fem:

@@ -15,6 +15,9 @@ def set_velocity(body, linear, angular):
     points = Points(body)
     center = points.masses @ points.rest / points.masses.sum()
     points.set_velocities(np.asarray(linear) + np.cross(angular, points.rest - center))
+    if points.mpm and any(angular):
+        # Without it, the grid would keep only the part of the rotation that differs from cell to cell.
+        points.set_gradient(np.cross(angular, np.eye(3)).T)
 
 
 class Push:

@@ -1,7 +1,7 @@
 """Records deformable bodies: particles of MPM and PBD, vertices of FEM, and the surfaces that are drawn.
 
     OUT/states/layout.json             "deformables": meaning of the rows of the arrays below
-    OUT/states/chunk_00000.npz         soft_points, soft_surface, soft_velocity, soft_kinetic, soft_speed
+    OUT/states/chunk_00000.npz         soft_points, soft_surface, soft_velocity, soft_spin, soft_kinetic, soft_speed
     OUT/geometry/soft_0.npz            one for each body: points at rest, masses, tetrahedra, faces, texture coordinates
     OUT/geometry/soft_index.json       color and texture of each body
 
@@ -110,12 +110,16 @@ class Soft:
             soft_points (P, 3): Positions [m].
             soft_surface (S, 3): Positions of the vertices of surfaces [m].
             soft_velocity (B, 3): Velocity of each centre of mass [m/s].
+            soft_spin (B, 3): Angular momentum about each centre of mass [kg m2/s], sum m x × v - M c × u.
             soft_kinetic (B,): Kinetic energy of the points [J].
             soft_speed (B,): Largest speed of a point [m/s].
         """
         positions, velocities = self._positions(), self._velocities()
         squares = np.einsum("ij,ij->i", velocities, velocities)
-        momentum = np.add.reduceat(self._masses[:, None] * velocities, self._starts)
+        momenta = self._masses[:, None] * velocities
+        momentum = np.add.reduceat(momenta, self._starts)
+        centers = np.add.reduceat(self._masses[:, None] * positions, self._starts) / self._total[:, None]
+        turning = np.add.reduceat(np.cross(positions, momenta), self._starts)
         drawn = [
             (body.skin, here) for body, here in zip(self._bodies, self._rows, strict=True) if body.skin is not None
         ]
@@ -124,6 +128,7 @@ class Soft:
             "soft_points": positions.astype(np.float32),
             "soft_surface": np.concatenate([np.zeros((0, 3), np.float32), *surface]),
             "soft_velocity": momentum / self._total[:, None],
+            "soft_spin": turning - np.cross(centers, momentum),
             "soft_kinetic": 0.5 * np.add.reduceat(self._masses * squares, self._starts),
             "soft_speed": np.sqrt(np.maximum.reduceat(squares, self._starts)),
         }

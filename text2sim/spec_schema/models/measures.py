@@ -283,15 +283,13 @@ class Momentum(Measured):
 
 
 class AngularMomentum(Measured):
-    """Angular momentum [kg m2/s] of bodies, about an axis of the world."""
+    """Angular momentum [kg m2/s] of bodies, water too, about an axis."""
 
     kind: Literal["angular_momentum"]
     unit: ClassVar[str] = "kg m2/s"
-    traits: ClassVar = Traits(
-        at_rest=0.0, never_negative=False, of_root=False, from_poses=True, instead="measure its `momentum`"
-    )
+    traits: ClassVar = Traits(at_rest=0.0, never_negative=False, of_root=False, from_poses=True, instead="")
     of: Selectors | None = None
-    """A body or its copies; by default all bodies, except deformable ones."""
+    """A body or its copies; by default all bodies."""
     axis: AxisName
     """The component."""
     about: Vec3 | None = None
