@@ -69,9 +69,7 @@ class Studio:
         }
         self.run, self.path = make_run(boxes), tmp_path / "case.yaml"
         self.model, self.events = Scripted(replies), list[tuple[str, dict[str, Any]]]()
-        chat = Conversation(
-            {"": self.model}, CallLog(tmp_path / "calls"), Account(), Budget(None, None, None), self.emit
-        )
+        chat = Conversation({"": self.model}, CallLog(tmp_path / "calls"), Account(), Budget(minutes=60), self.emit)
         self.cinematography = Cinematography(chat, REQUEST, self.path, self.run, self.emit)
         self.refilmed: list[str] = []
 
@@ -179,6 +177,19 @@ def test_the_best_so_far_is_kept_when_the_judge_fails(make_run: MakeRun, tmp_pat
     assert "lighting: golden_hour" in text
     assert studio.refilmed == [text]
     assert [event for event, _ in studio.events][-2:] == ["treatments_failed", "styled"]
+
+
+@pytest.mark.parametrize(("late", "asked"), [(62, 3), (66, 2)])
+def test_what_was_written_in_time_is_judged_beyond_it(
+    make_run: MakeRun, tmp_path: Path, untraced: list[str], monkeypatch: pytest.MonkeyPatch, late: float, asked: int
+) -> None:
+    replies = {"viewer": [marks(40, 40, 40, 40), marks(75, 75, 75, 75)], "render": [light("golden_hour")]}
+    studio = Studio(make_run, tmp_path, replies)
+    # The stills of the treatment are traced when the 60 minutes are over.
+    monkeypatch.setattr(Budget, "minutes_used", property(lambda budget: late if len(untraced) > 1 else 50))
+    assert ("lighting: golden_hour" in studio.shoot()) == (asked == 3)
+    assert studio.asked == ["viewer", "render", "viewer"][:asked]
+    assert ("treatments_failed", {"why": "60 minutes are over"}) in studio.events
 
 
 @pytest.mark.usefixtures("untraced")

@@ -39,6 +39,8 @@ MAX_ROUNDS = 3
 """Largest number of rounds of proposals and judgements."""
 FIRST_PROPOSALS = 2
 """Treatments that the Render Writer proposes in the first round; later rounds have one."""
+ROUND_OVERTIME = 5.0
+"""Minutes beyond the limit of time in which treatments that were written within it are judged."""
 STILL_WIDTH = 480
 """Width of a still [pixels]."""
 MAX_LISTED = 30
@@ -143,7 +145,8 @@ class Cinematography:
                 except RoleFailed as failed:  # the next round asks again
                     self._emit("treatments_failed", why=str(failed))
                     continue
-                self._judge_all(written)
+                with self._chat.overtime(ROUND_OVERTIME):
+                    self._judge_all(written)
         except StoppedError:
             raise
         except Text2SimError as error:  # earlier judgements count

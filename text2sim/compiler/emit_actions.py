@@ -12,6 +12,7 @@ TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
 COPIED_ACTIONS = (
     "points.py",
     "holds.py",
+    "mpm_holds.py",
     "two_way_holds.py",
     "loads.py",
     "seams.py",
@@ -85,6 +86,7 @@ def copied_actions(plan: Plan) -> list[str]:
     needed = {
         "points.py": bool(inner or plan.holds or plan.pushes or plan.airflows or plan.watches or soft_velocities),
         "holds.py": bool(plan.holds),
+        "mpm_holds.py": bool(plan.holds),
         "two_way_holds.py": bool(plan.holds),
         "loads.py": any(row.strength is not None for row in plan.holds),
         "seams.py": any(row.seam is not None for row in plan.holds),

@@ -1,24 +1,24 @@
 """Points of deformable bodies that are held by the world, or by links that carry them.
 
-A link moves its points. The points act on the link only in a two-way hold of pbd particles.
+A link moves its points. Those of mpm and pbd bodies act on the link, too, if it can be moved.
 
     fem   vertices are placed where the link will be, in every substep; the prediction neglects its acceleration
     pbd   particles are placed in every step, and move with the link's velocity in between
           two-way: they are placed in every substep, and the pull of the threads becomes a force on the link
           breakable: likewise, but a link that nothing moves only counts the force
-    mpm   springs, as stiff as the substep allows, pull the particles: at speed v they lag by v times 4 substeps
+    mpm   particles are placed, or pulled by springs, after every substep; what that changes becomes a force on the link
 """
 
 import genesis as gs
 import numpy as np
 import torch
 from genesis.engine.couplers import SAPCoupler
+from mpm_holds import Carried
 from points import INVERSE, Points, array, assign, choose, each_substep, rotate, tensor
 from two_way_holds import Mutual
 
-FIRM, SHAKY = 0.5, 0.8
-"""Angular frequency times substep: of the springs of a firm hold, and the limit above which springs vibrate. At 2 they
-are unstable."""
+SHAKY = 0.8
+"""Angular frequency of springs times substep above which they vibrate. At 2 they are unstable."""
 
 
 class Hold:
@@ -32,7 +32,7 @@ class Hold:
         count: Number of points of the region, evenly spread; None: all.
         to: Links that hold it; each takes the points nearest to it. If empty, the world holds them.
         stiffness: Total stiffness of the springs [N/m]; None: hold firmly.
-        both_ways: Whether the points act on the links; pbd only.
+        both_ways: Whether the points act on the links; mpm and pbd only.
         loads: What keeps the load of each link, and says when it breaks; pbd only. None: the hold does not break.
         start: Time at which the hold begins [s].
         until: Times [s] or names of events; the first of them ends the hold.
@@ -78,7 +78,7 @@ class Hold:
             )
         self.both_ways, self.loads = both_ways, loads
         pbd = Mutual if both_ways or loads is not None else _Pbd
-        self.grip = (_Fem if self.points.fem else _Mpm if self.points.mpm else pbd)(self)
+        self.grip = (_Fem if self.points.fem else Carried if self.points.mpm else pbd)(self)
 
     def begin(self):
         """Begin to hold: every point keeps its present place in the frame of its holder."""
@@ -209,42 +209,6 @@ class _Pbd:
         else:  # `release_particle` needs links, and there are none
             chosen = torch.as_tensor(let[None] + self.entity.particle_start, dtype=gs.tc_int, device=gs.device)
             self.entity.solver._kernel_release_particle(chosen, torch.zeros(1, dtype=gs.tc_int, device=gs.device))
-
-
-class _Mpm:
-    """The engine's springs, critically damped with respect to the world."""
-
-    def __init__(self, hold):
-        self.hold, self.entity = hold, hold.points.entity
-
-    def begin(self):
-        hold = self.hold
-        # All particles have the same mass, so equal shares of the stiffness give equal frequencies.
-        firm = (FIRM / hold.h) ** 2 * hold.mass
-        stiffness = float(firm if hold.stiffness is None else hold.stiffness) / len(hold.chosen)
-        for k, link in enumerate(hold.links):
-            self.entity.set_particle_constraints(self._mask(hold.owner == k), link, stiffness)
-        if not hold.links:
-            # `set_particle_constraints` needs a link; the kernel takes -1 and holds each particle where it is.
-            solver = self.entity.solver
-            if not solver._constraints_initialized:
-                solver.init_constraints()
-            pose = tensor(np.zeros((1, 3))), tensor(np.array([[1.0, 0.0, 0.0, 0.0]]))
-            now = self.entity.sim.cur_substep_local
-            solver._kernel_set_particle_constraints(
-                now, self._mask(slice(None)), self.entity.particle_start, stiffness, -1, *pose
-            )
-
-    def step(self):
-        pass
-
-    def drop(self, gone):
-        self.entity.remove_particle_constraints(self._mask(gone))
-
-    def _mask(self, mine):
-        mask = torch.zeros((1, self.entity.n_particles), dtype=torch.bool, device=gs.device)
-        mask[0, self.hold.chosen[mine]] = True
-        return mask
 
 
 class _Fem:

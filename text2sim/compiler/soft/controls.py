@@ -16,7 +16,7 @@ from text2sim.compiler.soft.scales import Scales
 from text2sim.compiler.soft.solvers import solver_of
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.base import span_of
-from text2sim.spec_schema.models.bodies import Rigid
+from text2sim.spec_schema.models.bodies import Articulated, Rigid
 from text2sim.spec_schema.models.controls import Attach, Force, Impulse, Release
 from text2sim.spec_schema.models.fields import Airflow, Attraction, Drag, Turbulence, Vortex, Wind
 from text2sim.spec_schema.models.placed import Linked
@@ -75,7 +75,7 @@ class SoftControls:
             to=tuple(holder.name for holder in held.by),
             link=held.part,
             stiffness=attach.stiffness,
-            both_ways=solver_of(copy.model, self.scene) == "pbd" and bool(held.by) and all(map(_can_be_moved, held.by)),
+            both_ways=bool(held.by) and all(_feels(holder, solver_of(copy.model, self.scene)) for holder in held.by),
             strength=attach.strength,
             seam=None if sewn is None else ((sewn.pos, sewn.quat), self._finder_of_seam(sewn, attach.to_region)),
             start=attach.at,
@@ -120,12 +120,18 @@ class Held:
     """The link that holds it."""
 
 
-def _can_be_moved(holder: Copy) -> bool:
-    """Return whether what hangs on a body can move it: no mount, motor or prescribed motion decides where it is."""
+def _feels(holder: Copy, solver: str) -> bool:
+    """Return whether a body feels points of a solver that hang on it: not if a mount or a given motion places it.
+
+    A link with a motor feels those of mpm alone.
+    """
     model = holder.model
     if isinstance(model, Rigid):
-        return model.mount.kind != "fixed" and getattr(model.mount, "actuator", None) is None
-    return isinstance(model, Linked) or getattr(model, "base", None) == "free"
+        motor = getattr(model.mount, "actuator", None) is not None
+        return model.mount.kind != "fixed" and (solver == "mpm" or solver == "pbd" and not motor)
+    if solver == "mpm":
+        return isinstance(model, (Linked, Articulated))
+    return solver == "pbd" and (isinstance(model, Linked) or getattr(model, "base", None) == "free")
 
 
 def held_copies(loaded: LoadedCase, name: str, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Held]]:

@@ -148,20 +148,18 @@ def _blame(facts: Facts, body: SoftBody, copy: Copy) -> tuple[str | int, ...]:
 
 
 def _one_way(facts: Facts) -> Iterator[Problem]:
-    """Report points that are attached to a free body, which they never pull."""
-    soft = facts.once(SoftFacts)
-    solvers = {body.body: body.solver for body in soft.of("mpm", "fem")}
+    """Report points of fem that are attached to a free body, which they never pull."""
+    one_way = {body.body for body in facts.once(SoftFacts).of("fem")}
     for name, control in facts.case.actions.controls.items():
         if control.kind != "attach" or control.to == "world":
             continue
-        solver = solvers.get(body_of(control.body))
         holders = facts.placed.get(body_of(control.to), [])
         loose = [copy for copy in holders if facts.free(copy)]
-        if solver and loose:
+        if body_of(control.body) in one_way and loose:
             text = (
                 f"`{loose[0].name}`{more_copies(len(loose))} is free, and `{control.body}` is attached to it: points "
-                f"of solver {solver} follow their holder but never pull it; use a holder that is fixed, driven, or on "
-                "a joint with a motor"
+                "of solver fem follow their holder but never pull it; use `solver: mpm`, or a holder that is fixed, "
+                "driven, or on a joint with a motor"
             )
             yield facts.problem("one-way-hold", ("actions", "controls", name, "to"), text)
 
@@ -277,16 +275,17 @@ actions:
     ),
     Rule(
         id="one-way-hold",
-        title="A soft body is attached to a free body, which does not feel it.",
+        title="A soft body of solver fem is attached to a free body, which does not feel it.",
         reason="""\
-The engine moves the attached points of soft bodies with their holder, without a reaction force: a free body to which a
-soft one is attached falls as if it were alone, and takes it along. Cloth of solver pbd does pull its holder.""",
+The engine moves the attached points of fem bodies with their holder, without a reaction force: a free body to which a
+soft one is attached falls as if it were alone, and takes it along. Soft bodies of solver mpm and cloth of solver pbd
+do pull their holder.""",
         remedy="""\
-Attach it to a body that is fixed, driven, or moved by a motor, or to the `world`; put a load on top of a soft body,
-which feels it; or use cloth.""",
+Use solver mpm; attach it to a body that is fixed, driven, or moved by a motor, or to the `world`; or put a load on top
+of a soft body, which feels it.""",
         example="""\
 bodies:
-  slab: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.6, 0.1, 0.1]}, pose: {pos: [0, 0, 1.0]}}
+  slab: {kind: soft, solver: fem, cell: 0.02, shape: {kind: box, size: [0.6, 0.1, 0.1]}, pose: {pos: [0, 0, 1.0]}}
   load: {kind: rigid, shape: {kind: sphere, radius: 0.05}, pose: {pos: [0, 0, 0.8]}}
 actions:
   controls:

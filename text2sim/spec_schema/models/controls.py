@@ -166,8 +166,8 @@ class Attach(Acting):
 
     They keep their relative pose of that time, or, if they are rigid, turn about a `pivot`. Two links that are attached
     do not collide, other links of the two bodies do. Soft bodies and cloth are attached by points: pins, hooks, clamps.
-    Cloth (pbd) pulls its holder, unless that is driven or has a motor. A soft body does not: its holder moves its
-    points without a reaction force. Cloth is sewn to cloth, also to itself, by threads as long as its points are apart.
+    A soft body (mpm) pulls its holder, and cloth (pbd) does, unless that is driven or has a motor; fem bodies do not.
+    Cloth is sewn to cloth, also to itself, by threads as long as its points are apart.
     """
 
     kind: Literal["attach"]
@@ -186,8 +186,7 @@ class Attach(Acting):
     pivot: Vec3 | BodyRegion | None = None
     """Of rigid bodies: point [m] or region of `body`, in its frame, about which it turns freely, as on a hook."""
     stiffness: Positive | None = None
-    """For mpm and fem bodies: total stiffness [N/m] of springs that hold the points. Without, they follow exactly (fem,
-    pbd), or four substeps late (mpm)."""
+    """For mpm and fem bodies: total stiffness [N/m] of springs that hold the points. Without, they follow exactly."""
     strength: Positive | None = None
     """Force [N] at which it breaks: of rigid bodies held from the start on, or of cloth (pbd), in all at a holder."""
     at: Seconds = 0.0
