@@ -35,7 +35,7 @@ class FilmPlace(NamedTuple):
 
 
 PLACES = {
-    "studio": FilmPlace("daylight", "wall", "polished", "#b4b7ba", "#e3e6e8"),
+    "studio": FilmPlace("daylight", "wall", "polished", "#b4b7ba", "#b3c2d1"),
     "workshop": FilmPlace("daylight", "wall", "slabs", "#8a857f", "#a87f6b", "bricks"),
     "warehouse": FilmPlace("daylight", "wall", "slabs", "#767d83", "#b4bfc7", "concrete"),
     "room": FilmPlace("daylight", "wall", "boards", "#a07a54", "#b3c3c6", "plaster"),

@@ -93,9 +93,9 @@ class Render(Model):
         Literal["studio", "workshop", "warehouse", "room", "kitchen", "tabletop", "street", "yard", "meadow"] | None
     ) = None
     """Location: floor, background and matching light, each of which can be overridden below. `studio`: a pale polished
-    floor and wall. `workshop`: slabs, bricks. `warehouse`: slabs and concrete, cooler. `room`: boards, plaster.
-    `kitchen`: tiles. `tabletop`: fine boards, for scenes that fit on a table. `street`: asphalt, a town far off, sun.
-    `yard`: trodden earth; `meadow`: grass; both with a wood far off, and sun. If neither light nor backdrop is given,
+    floor, a blue-grey wall. `workshop`: slabs, bricks. `warehouse`: slabs and concrete, cooler. `room`: boards,
+    plaster. `kitchen`: tiles. `tabletop`: fine boards, for scenes that fit on a table. `street`: asphalt, a town far
+    off, sun. `yard`: earth; `meadow`: grass; both with a wood far off, and sun. If neither light nor backdrop is given,
     it is by default derived from the case; then a ground with a given colour or finish keeps it."""
     supports: Literal["posts", "none"] = "posts"
     """`posts`: what floats gets thin posts where nothing moves past, or, if it is driven, a rod. Path traced only."""
