@@ -116,7 +116,9 @@ def test_rest_at_both_ends_is_cut_to_less_than_a_second_of_film(make_run: MakeRu
     ]
     paused = {"box": BOX | {"velocity": (3, 0, 0), "during": (0.2, 0.3)}}
     run = make_run(paused, cameras={"main": views[camera]}, shots=shots)
-    patch = composed(read_recording(run), WRITTEN | {"shots": {"a": {}, "b": {}}})
+    written = WRITTEN | {"shots": {"a": {}, "b": {}}}
+    assert composed(read_recording(run), written, "From the front, eight seconds.") == [], "it is as long as was asked"
+    patch = composed(read_recording(run), written, "It slides after 0.2 s and stops within three seconds.")
     found: dict[str, Any] = {row["path"].removeprefix("/render/shots/"): row.get("value") for row in patch}
     assert set(found) == {"a/from", "b/to"}
     assert 0.2 - 1.0 * 0.05 <= found["a/from"] <= 0.2

@@ -7,6 +7,7 @@ soon after nothing moves any more, and the first begins shortly before anything 
 """
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -54,6 +55,15 @@ SETTLED, ENDS = 0.99, 40
 its end."""
 SHORTEST = 1.5
 """Shortest length [s of film] to which the last shot is cut."""
+SECONDS = re.compile(
+    r"\b(\d+(?:\.\d+)?|two|three|four|five|six|seven|eight|nine|ten|twelve|fifteen|twenty)[ -]*s(?:ec(?:ond)?s?)?\b",
+    re.IGNORECASE,
+)
+"""Times that a request names."""
+NUMBERS = dict(zip(("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"), range(2, 11), strict=True))
+NUMBERS |= {"twelve": 12, "fifteen": 15, "twenty": 20}
+AS_LONG = 0.12
+"""Largest difference of a film's length from a time that the request names, as a part of it, for it to be meant."""
 UNTIMED = ("still", "follow", "mounted", "keyframed")
 """Kinds of cameras that do not move faster in a shorter shot."""
 WIDEST_FOV = 140.0
@@ -70,7 +80,7 @@ def composed(recording: FilmRecord, written: Mapping[str, Any], request: str = "
     Args:
         recording: The recorded run, with the film of the case.
         written: The section `render` of the case as its author wrote it.
-        request: What was asked for. It may say that the camera stands still.
+        request: What was asked for. It may say that the camera stands still, and how long the film is.
     """
     cameras: Mapping[str, Any] = written.get("cameras") or {}
     patch: list[Operation] = []
@@ -88,13 +98,21 @@ def composed(recording: FilmRecord, written: Mapping[str, Any], request: str = "
             continue
         if (fitted := _fitted(watcher, name, shown)) is not None:
             patch += _operations(f"/render/cameras/{name}", cameras[name], camera, fitted)
-    return [*patch, *_trimmed(watcher, written.get("shots") or {})]
+    return [*patch, *_trimmed(watcher, written.get("shots") or {}, request)]
 
 
-def _trimmed(watcher: Watcher, shots: Mapping[str, Any]) -> Iterator[Operation]:
+def _as_long_as_asked(recording: FilmRecord, request: str) -> bool:
+    """Return whether the film is as long as one of the times [s] that the request names."""
+    film = recording.film
+    length = len(frames(film, film["shots"], recording.last)) / film["fps"]
+    asked = [float(NUMBERS.get(word.lower(), word)) for word in SECONDS.findall(request)]
+    return any(abs(length - seconds) <= AS_LONG * seconds for seconds in asked)
+
+
+def _trimmed(watcher: Watcher, shots: Mapping[str, Any], request: str) -> Iterator[Operation]:
     """Yield the operations that leave out most of the rest at the start of the first and the end of the last shot."""
     recording, film = watcher.recording, watcher.recording.film
-    if not shots or len(shots) != len(film["shots"]):
+    if not shots or len(shots) != len(film["shots"]) or _as_long_as_asked(recording, request):
         return
     start = film["shots"][0]
     if film["cameras"][start["camera"]]["kind"] in UNTIMED:
