@@ -17,7 +17,7 @@ PAGE = (HERE.parents[1] / "docs" / "evaluation_results.md").read_text("utf-8")
 PROMPTS = read_suite(HERE / "recorded" / "user_requests.yaml")[0].prompts
 INTERRUPTED = ("awning_melons", "wobble_towers")
 COUNTED = [prompt for prompt in PROMPTS if prompt not in INTERRUPTED]
-FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST, CROWDED, BELLS, STRAPS = (
+FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST, CROWDED, BELLS, STRAPS, PLEATS = (
     COUNTED[4:9],
     COUNTED[9:12],
     COUNTED[12:14],
@@ -28,7 +28,8 @@ FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST, CROWDED, B
     COUNTED[29:33],
     COUNTED[33:36],
     COUNTED[36:38],
-    COUNTED[38:],
+    COUNTED[38:40],
+    COUNTED[40:],
 )
 METHODS, KINDS = ("text2sim-with-cards", "agent-no-cards"), ("physical", "visual")
 AGAIN = {"three_joined_vessels": "film traced again", "band_bundles_tubes": "played again"}
@@ -71,6 +72,7 @@ def test_means_and_differences_are_those_of_the_page():
         "crowded three": CROWDED,
         "bell and belts": BELLS,
         "chimney and straps": STRAPS,
+        "sleeves, jars and pleats": PLEATS,
     }
     for name, some in (parts | {"user requests": COUNTED}).items():
         found = [estimate([mark(p, METHODS[0], kind) - mark(p, METHODS[1], kind) for p in some]) for kind in KINDS]
@@ -131,4 +133,12 @@ def test_what_was_marked_below_one():
         *(("rip_stitch_straps", bare, name) for name in ("body.straps", "action.hang")),
         *(("rip_stitch_straps", ours, f"action.{name}") for name in ("rows", "brakes", "hang")),
         *(("rip_stitch_straps", ours, name) for name in ("body.stitches", "render.folds")),
+        *(("sleeve_arms_market_stall", bare, name) for name in ("body.sleeves", "render.daylight", "scene.posts")),
+        *(("sleeve_arms_market_stall", method, "scene.greased") for method in METHODS),
+        *(("jars_that_turn_again", bare, f"action.{name}") for name in ("again", "goes_round", "spun", "stopped")),
+        *(("jars_that_turn_again", bare, name) for name in ("body.jars", "body.water", "render.surface")),
+        *(("jars_that_turn_again", bare, f"scene.{name}") for name in ("pads", "turntables")),
+        *(("jars_that_turn_again", ours, f"action.{name}") for name in ("again", "goes_round", "jelly_stays", "spun")),
+        *(("jars_that_turn_again", ours, name) for name in ("body.jars", "render.surface")),
+        *(("pleated_sheet_bridges", method, "render.below") for method in METHODS),
     }
