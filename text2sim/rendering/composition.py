@@ -60,8 +60,10 @@ SECONDS = re.compile(
     re.IGNORECASE,
 )
 """Times that a request names."""
-NUMBERS = dict(zip(("two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"), range(2, 11), strict=True))
-NUMBERS |= {"twelve": 12, "fifteen": 15, "twenty": 20}
+NUMBERS: dict[str, float] = {
+    "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8, "nine": 9, "ten": 10, "twelve": 12,
+    "fifteen": 15, "twenty": 20,
+}  # fmt: skip
 AS_LONG = 0.12
 """Largest difference of a film's length from a time that the request names, as a part of it, for it to be meant."""
 UNTIMED = ("still", "follow", "mounted", "keyframed")
@@ -105,7 +107,7 @@ def _as_long_as_asked(recording: FilmRecord, request: str) -> bool:
     """Return whether the film is as long as one of the times [s] that the request names."""
     film = recording.film
     length = len(frames(film, film["shots"], recording.last)) / film["fps"]
-    asked = [float(NUMBERS.get(word.lower(), word)) for word in SECONDS.findall(request)]
+    asked = [NUMBERS.get(word.lower()) or float(word) for word in SECONDS.findall(request)]
     return any(abs(length - seconds) <= AS_LONG * seconds for seconds in asked)
 
 

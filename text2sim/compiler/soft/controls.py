@@ -120,7 +120,7 @@ class Held:
     """The link that holds it."""
 
 
-def _feels(holder: Copy, solver: str) -> bool:
+def _feels(holder: Copy, solver: str | None) -> bool:
     """Return whether a body feels points of a solver that hang on it: not if a mount or a given motion places it.
 
     A link with a motor feels those of mpm alone.
