@@ -3,7 +3,8 @@
 An author who writes `from`, `look_at` and `fov_deg` cannot see that a crate's corner ends up below the picture. Here
 the recording is projected into the pictures of each camera. What is mostly in the picture, and cut in most of
 them, is fitted in if the field of view grows by a fifth at most; whatever was whole stays whole. And the last shot ends
-soon after nothing moves any more, and the first begins shortly before anything does.
+soon after nothing moves any more, and the first begins shortly before anything does, unless the film is as long as the
+request says.
 """
 
 import math
