@@ -15,13 +15,18 @@ from genesis.utils.array_class import LinksState
 from genesis.utils.geom import qd_transform_by_trans_quat
 from points import array, tensor
 
+# Without a stiffness of its own a spring has the angular frequency 0.5 / substep: a particle that bears the acceleration
+# a is 4 a h^2 off. Particles put exactly in their places would only brake the nodes of the grid that they share with free
+# ones, not bear them: the end of a hung bar then swings a fifth slower.
+STIFF = 0.25
+
 
 class Carried:
-    """Particles that have the motion of a link, or are pulled towards their places on it by springs.
+    """Particles that critically damped springs pull towards their places on a link.
 
-    After each substep a held particle is put where its link is. What the grid made of its velocity `v`, other than the
-    velocity `u` of the link there, is a blow `m (v - u)` that is owed to the link. So momentum is conserved, and the
-    link bears the weight and the inertia of what hangs on it. With springs, `v` changes only as far as they pull it.
+    After each substep the springs, damped with respect to the link, change the velocity of a held particle by `-dv`, and
+    the blow `m dv` is owed to the link. So momentum is conserved, and the link bears the weight and the inertia of what
+    hangs on it.
 
     The link moves a substep later, and its particles with it. It gets the share `M / (M + m)` of what it is owed, where
     `M` is its mass and `m` that of its particles: their own inertia settles the rest, whichever is the heavier.
@@ -42,7 +47,7 @@ class Carried:
             for k, (weight, middle) in enumerate(zip(weights, middles, strict=True)):
                 mine = hold.owner == k
                 share[mine] = _share(own[mine], hold.at[mine] - middle, *np.sqrt(weight))
-        pull = np.full(len(numbers), -1.0 if hold.stiffness is None else hold.stiffness / hold.mass)
+        pull = np.full(len(numbers), STIFF / hold.h**2 if hold.stiffness is None else hold.stiffness / hold.mass)
         self.rows = (
             torch.as_tensor(numbers, dtype=gs.tc_int), torch.as_tensor(holders, dtype=gs.tc_int), tensor(hold.local),
             tensor(own), tensor(share), tensor(pull), tensor(np.zeros((len(numbers), 3))),
@@ -106,12 +111,9 @@ def _carry(
             at = qd_transform_by_trans_quat(at, links.pos[link, 0], links.quat[link, 0])
             speed = func_vel_at_point(link, 0, at, links)
         lost = particles[f, i, 0].vel - speed
-        if pull[k] >= 0.0:
-            # The exact decay of a critically damped spring, so that damping never reverses a velocity.
-            off = particles[f, i, 0].pos - at
-            lost = h * pull[k] * off + (1.0 - qd.exp(-2.0 * qd.sqrt(pull[k]) * h)) * lost
-        else:
-            particles[f, i, 0].pos = at
+        # The exact decay of a critically damped spring, so that damping never reverses a velocity.
+        off = particles[f, i, 0].pos - at
+        lost = h * pull[k] * off + (1.0 - qd.exp(-2.0 * qd.sqrt(pull[k]) * h)) * lost
         particles[f, i, 0].vel -= lost
         if share[k] > 0.0:
             blow = qd.Vector([owed[k, 0], owed[k, 1], owed[k, 2]]) + masses[k] * lost
