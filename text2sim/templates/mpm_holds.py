@@ -15,18 +15,18 @@ from genesis.utils.array_class import LinksState
 from genesis.utils.geom import qd_transform_by_trans_quat
 from points import array, tensor
 
-# Without a stiffness of its own a spring has the angular frequency 0.5 / substep: a particle that bears the acceleration
-# a is 4 a h^2 off. Particles put exactly in their places would only brake the nodes of the grid that they share with free
-# ones, not bear them: the end of a hung bar then swings a fifth slower.
+# Without a stiffness of its own a spring has the angular frequency 0.5 / substep: a particle that bears an acceleration
+# a is 4 a h^2 off. Particles put exactly in their places would not bear the nodes of the grid that they share with free
+# ones, only brake them: the end of a hung bar then swings a fifth slower.
 STIFF = 0.25
 
 
 class Carried:
     """Particles that critically damped springs pull towards their places on a link.
 
-    After each substep the springs, damped with respect to the link, change the velocity of a held particle by `-dv`, and
-    the blow `m dv` is owed to the link. So momentum is conserved, and the link bears the weight and the inertia of what
-    hangs on it.
+    After each substep the springs, damped with respect to the link, change the velocity of a held particle by `-dv`,
+    and the blow `m dv` is owed to the link. So momentum is conserved, and the link bears the weight and the inertia of
+    what hangs on it.
 
     The link moves a substep later, and its particles with it. It gets the share `M / (M + m)` of what it is owed, where
     `M` is its mass and `m` that of its particles: their own inertia settles the rest, whichever is the heavier.
