@@ -8,6 +8,7 @@ import pytest
 
 from text2sim.evidence.evidence import judge
 from text2sim.evidence.suspicions import suspicions
+from text2sim.spec_schema.load import load_text
 
 
 def recording(path: list[float], solver: str = "mpm") -> Any:
@@ -85,6 +86,29 @@ def test_a_driven_body_that_is_held_up_is_suspicious(new_run, make_case):
     run.columns[0]["links_pos"] = np.outer(-u, [0, 0, 1])
     run.columns[2]["links_quat"] = quats[0]
     assert judge(run.write(), make_case(bodies=bodies))["suspicions"] == []
+
+
+CHEEKS = """
+text2sim: 2
+name: cheeks
+scene: {duration: 1}
+bodies:
+  cheek:
+    kind: driven
+    shape: {kind: box, size: [0.1, 0.1, 0.1]}
+    motion: {kind: waypoints, times: [0, 1], positions: [[0, 0, 0], ["${0.1 - 0.2 * i}", 0, 0]]}
+    repeat: {kind: line, count: 2, step: [1, 0, 0]}
+"""
+
+
+def test_each_copy_of_a_driven_body_has_a_path_of_its_own(new_run):
+    run = new_run(duration=1.0)
+    u = run.time**2 * (3 - 2 * run.time)
+    run.add_link("cheek[0]", pos=np.outer(0.1 * u, [1, 0, 0]))
+    run.add_link("cheek[1]", pos=np.outer(np.maximum(-0.1 * u, -0.06), [1, 0, 0]))
+    loaded = load_text(CHEEKS)
+    (cheek,) = judge(run.write(), loaded.case, loaded)["off_path"]
+    assert (cheek["copy"], cheek["at"], cheek["value"]) == ("cheek[1]", 1.0, pytest.approx(0.04, abs=1e-5))
 
 
 @pytest.mark.parametrize(

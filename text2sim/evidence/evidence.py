@@ -30,6 +30,7 @@ from text2sim.evidence.visibility import summarise_legibility, summarise_visibil
 from text2sim.recording.record import RunRecord
 from text2sim.recording.states import Array
 from text2sim.runtime.outcome import read_status
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.events import ContactEvent, SeparationEvent
@@ -45,12 +46,13 @@ STOPPED_STATES = ("interrupted", "running")
 """States of a run that someone stopped: what it did not reach is open. In other states, it counts as missed."""
 
 
-def judge(run_dir: Path, case: Case) -> dict[str, Any]:
+def judge(run_dir: Path, case: Case, loaded: LoadedCase | None = None) -> dict[str, Any]:
     """Judge a recorded run; write `events.jsonl`, `measures.csv` and `evidence.json`.
 
     Args:
         run_dir: The run folder.
         case: The case, whose measures, events and expectations may have changed since the run.
+        loaded: The case as it was read, for driven bodies whose copies differ.
 
     Returns:
         Content of `evidence.json`.
@@ -75,7 +77,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
         if lacking:
             verdict, why = "incomplete", f"the recording is damaged: {lacking}; run the case again"
         deforming = soft_diagnostics(recording)
-        driven, motors = off_path(recording), motors_at_limit(recording, events)
+        driven, motors = off_path(recording, loaded), motors_at_limit(recording, events)
         deep = deepest_contact(recording)
         evidence = {
             "case": case.name,

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.compiler.placing.patterns import copy_variables
 from text2sim.compiler.prescribed import displacement
 from text2sim.compiler.schedules import value_at
 from text2sim.compiler.shapes.rotation import vector_unit
@@ -11,22 +12,31 @@ from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.selection import RecordedTarget
 from text2sim.recording.states import Array
 from text2sim.recording.vectors import rotate
-from text2sim.spec_schema.models.bodies import Driven
+from text2sim.spec_schema.loaded import LoadedCase
+from text2sim.spec_schema.models.bodies import Body, Driven
 from text2sim.spec_schema.models.motion import Spin
+from text2sim.spec_schema.models.repeat import Divided
 from text2sim.spec_schema.names.selectors import body_of
 
 OFF_PATH, OFF_TURN = 2e-3, 0.02
 """Deviation [m, rad] beyond which a driven body was held up."""
 
 
-def off_path(recording: RecordedCase) -> list[dict[str, Any]]:
-    """Return the largest deviation of each driven body's copies [m; rad if it spins], and its time."""
+def off_path(recording: RecordedCase, loaded: LoadedCase | None = None) -> list[dict[str, Any]]:
+    """Return the largest deviation of each driven body's copies [m; rad if it spins], and its time.
+
+    Args:
+        recording: The run.
+        loaded: The case as it was read, for bodies whose copies move differently;
+            without it they count as the first does.
+    """
     found: dict[str, dict[str, Any]] = {}
     states = recording.states
     for copy in recording.names.driven if states.frames else ():
         name, target = body_of(copy), recording.names.copies[copy]
-        body = recording.case.bodies[name]
-        assert isinstance(body, Driven)
+        body = _own(recording.case.bodies[name], copy, loaded)
+        if body is None:
+            continue
         if isinstance(body.motion, Spin):
             unit, gaps = "rad", _angle(recording, target, body.motion)
         else:
@@ -50,6 +60,18 @@ def held_up(rows: list[dict[str, Any]]) -> list[str]:
                 "cannot give way"
             )
     return sentences
+
+
+def _own(body: Body, copy: str, loaded: LoadedCase | None) -> Driven | None:
+    """Return the driven body as one copy has it; None if that is not known."""
+    assert isinstance(body, Driven)
+    name = body_of(copy)
+    if body.repeat is None or loaded is None or not loaded.varies(("bodies", name, "motion")):
+        return body
+    number = int(copy[len(name) + 1 : -1])
+    variables = () if isinstance(body.repeat, Divided) else copy_variables(body.repeat)
+    own = loaded.body_copy(name, variables[number]) if number < len(variables) else None
+    return own if isinstance(own, Driven) else None
 
 
 def _distance(recording: RecordedCase, target: RecordedTarget, body: Driven) -> Array:

@@ -338,7 +338,7 @@ class _Run:
         self.record.write(self.folder)
         self.clock.enter("judge")
         try:
-            judge(self.folder, self.loaded.case)
+            judge(self.folder, self.loaded.case, self.loaded)
             self.evidence = read_evidence(self.folder)  # in the order in which a later process reads it
         except RunError as error:
             self.record.notes.append(f"nothing could be judged: {error}")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from text2sim.spec_schema.errors import RunError
 
 if TYPE_CHECKING:
-    from text2sim.spec_schema.models.case import Case
+    from text2sim.spec_schema.loaded import LoadedCase
 
 Key = tuple[int, str]
 """Number of the live run, and digest of all that its evidence depends on besides states."""
@@ -39,30 +39,30 @@ class Judge:
         """The last result."""
         threading.Thread(target=_import, name="imports", daemon=True).start()
 
-    def judge(self, key: Key, folder: Path, case: "Case") -> None:
+    def judge(self, key: Key, folder: Path, loaded: "LoadedCase") -> None:
         """Judge a live run, unless that was done, or another is being judged.
 
         Args:
             key: Key of the judgement.
             folder: The run folder.
-            case: The case.
+            loaded: The case.
         """
         if self._busy is None and (self.judged is None or self.judged.key != key):
             self._busy = key
-            threading.Thread(target=self._judge_run, args=(key, folder, case), name="judge", daemon=True).start()
+            threading.Thread(target=self._judge_run, args=(key, folder, loaded), name="judge", daemon=True).start()
 
     def receive(self, judged: JudgedTake) -> None:
         """Receive a result from the inbox."""
         self._busy, self.judged = None, judged
 
-    def _judge_run(self, key: Key, folder: Path, case: "Case") -> None:
+    def _judge_run(self, key: Key, folder: Path, loaded: "LoadedCase") -> None:
         from text2sim.evidence.evidence import judge
         from text2sim.runtime.internal_errors import internal_error_message
 
         begun, evidence, message = monotonic(), None, ""
         try:
-            evidence = judge(folder, case)
-            evidence["expect"] = {name: evidence["expect"][name] for name in case.actions.expect}
+            evidence = judge(folder, loaded.case, loaded)
+            evidence["expect"] = {name: evidence["expect"][name] for name in loaded.case.actions.expect}
         except RunError as error:
             message = str(error)
         except Exception as error:

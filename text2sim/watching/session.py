@@ -153,7 +153,7 @@ class WatchSession:
         judged = self.judge.judged
         if not live_run.running and (judged is None or judged.key != (live_run.number, version.judge_digest)):
             live_run.write_inputs(version)
-            self.judge.judge((live_run.number, version.judge_digest), live_run.folder, version.loaded.case)
+            self.judge.judge((live_run.number, version.judge_digest), live_run.folder, version.loaded)
             if self._valid:
                 self._state.show(words="judging", tone="busy", progress=None)
             return

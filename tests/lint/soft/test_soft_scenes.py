@@ -153,6 +153,15 @@ def test_pistons_leak_as_they_did(tmp_path: Path, height: float, severity: str) 
     assert [problem.severity for problem in found] == ([severity] if severity else [])
 
 
+def test_of_a_ram_the_part_in_front_counts(tmp_path: Path) -> None:
+    rod = "rod: {shape: {kind: cylinder, radius: 0.005, height: 0.3}, pose: {pos: [0, 0, 0.19]}}"
+    for height, expected in ((0.08, []), (0.03, ["error"])):
+        head = f"head: {{shape: {{kind: cylinder, radius: 0.08, height: {height}}}}}"
+        ram = f"bodies: {{piston: {{shape: {{kind: compound, parts: {{{head}, {rod}}}, radius: null, height: null}}}}}}"
+        found = findings(tmp_path, "thin-wall", PRESS, ram)
+        assert [problem.severity for problem in found] == expected
+
+
 def test_a_piston_that_only_holds_is_not_felt(tmp_path: Path) -> None:
     piston = "bodies: {piston: {shape: {height: 0.02}, material: {touch_soft: false}}}"
     assert findings(tmp_path, "thin-wall", PRESS, piston) == []

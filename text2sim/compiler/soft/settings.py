@@ -25,8 +25,9 @@ PADDING = 3
 MAX_COURANT = 0.5
 """Largest Courant number: the part of a cell that sound crosses in a substep. From 0.74 on stiff bodies diverge, with
 finite numbers."""
-MAX_STEP_PER_CELL = 0.02
-"""Longest substep [s] per metre of cell: the engine's own suggestion."""
+STEPS_PER_CELL = 0.02, 0.05
+"""Substep [s] per metre of cell that the engine suggests, whatever moves, and the longest where sound and motion are so
+slow that they cross `MAX_COURANT` of a cell in no less: the engine's is for 25 m/s, and most soft bodies are slower."""
 MAX_MPM_CELLS, MAX_PBD_CELLS = 3_000_000, 1_000_000
 """Largest numbers of cells of the grid, because of their memory, and of the space of cloth."""
 HASH_CELL_DISTANCES, HASH_CELLS_PER_AXIS = 1.25, 32
@@ -75,7 +76,7 @@ def derive_soft(
         placed: Copies by static and body.
         travel: How far bodies may get.
         fastest: Largest initial velocity [m/s] of a pbd body.
-        impact: Speed [m/s] at which something may hit snow.
+        impact: Speed [m/s] at which something may hit an mpm body.
         folder: The case's folder.
 
     Raises:
@@ -255,8 +256,12 @@ def _mpm_steps(cell: float, copies: list[Copy], impact: float) -> list[tuple[flo
     hard = ""
     if isinstance(stiffest, Snow) and snow_hardening(stiffest.material, impact) > snow_hardening(stiffest.material, 0):
         hard = f", hardened where it is hit at up to {impact:.2g} m/s"
+    suggested, longest = (step * cell for step in STEPS_PER_CELL)
+    calm = MAX_COURANT * cell / (fastest + impact)
     return [
-        (MAX_STEP_PER_CELL * cell, f"as the engine suggests for a grid of {cell:g} m cells"),
+        (suggested, f"as the engine suggests for a grid of {cell:g} m cells")
+        if calm <= suggested
+        else (min(calm, longest), f"sound and motion, at {fastest + impact:.2g} m/s, cross no more than half a cell"),
         (shortest, f"sound runs at {fastest:.3g} m/s in the stiffest mpm body{hard}: half a cell in a step"),
     ]
 

@@ -23,7 +23,6 @@ from text2sim.spec_schema.models.controls import Control
 from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
 from text2sim.spec_schema.models.motion import Spin
 from text2sim.spec_schema.models.scene import Scene, Static
-from text2sim.spec_schema.models.soft_bodies import Snow
 
 SPEED_FACTOR, SPEED_MARGIN = 5.0, 10.0
 """The limit is this many times the sum of all speeds, plus this [m/s]: corners of cloth whip, drops splash, and heavy
@@ -87,7 +86,7 @@ def speed_limit(
 
 
 def impact_speed(scene: Scene, rows: ControlRows, placed: dict[str, list[Copy]], folder: Path) -> float:
-    """Return the speed [m/s] at which something may hit snow: by a fall, a start, a stream or a prescribed motion.
+    """Return the speed [m/s] at which an mpm body may be hit: by a fall, a start, a stream or a prescribed motion.
 
     Args:
         scene: The section.
@@ -95,15 +94,10 @@ def impact_speed(scene: Scene, rows: ControlRows, placed: dict[str, list[Copy]],
         placed: Copies by static and body.
         folder: The case's folder.
 
-    Returns:
-        The speed, 0 without snow.
-
     Raises:
         AssetError: if a file of a shape cannot be used.
     """
     copies = [copy for group in placed.values() for copy in group]
-    if not any(isinstance(copy.model, Snow) for copy in copies):
-        return 0.0
     solid = [copy for copy in copies if copy.shape is None or copy.shape.kind != "plane"]
     boxes = {copy.name: extents_of(copy, folder) for copy in solid}
     floors = [height for copy in copies if (height := floor_height(copy)) is not None]

@@ -10,7 +10,7 @@ from text2sim.compiler.soft.scales import thickness
 from text2sim.compiler.soft.solvers import holds_up, unfelt_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
-from text2sim.lint.soft.facts import SoftFacts
+from text2sim.lint.soft.facts import SoftBody, SoftFacts
 from text2sim.lint.words import length, length_of_at_least
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.soft_bodies import FLOWING
@@ -52,7 +52,7 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
         if copy.body in seen:
             continue
         wanted, why, then = _wanted_cells(facts, copy, body.model)
-        thin, link, others = _thinnest(facts, copy)
+        thin, link, others = _thinnest(facts, copy, body)
         more = 2 * max(free_by(copy, soft) - soft.scales.reach, 0.0)
         cells = (thin + more) / soft.cell
         if cells >= wanted * (1 - 1e-6):
@@ -82,11 +82,13 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
         yield facts.problem("thin-wall", where, text, key=True, severity=severity)
 
 
-def _thinnest(facts: Facts, copy: Copy) -> tuple[float, str | None, dict[str, float]]:
+def _thinnest(facts: Facts, copy: Copy, body: SoftBody) -> tuple[float, str | None, dict[str, float]]:
     """Return the smallest thickness [m] of a copy, the link that has it if there are several, and those of the others.
 
-    Links that deformable bodies do not feel do not count.
+    Links that deformable bodies do not feel do not count, nor do parts of a ram that stay behind what meets `body`.
     """
+    if copy.shape is not None and copy.shape.kind == "compound" and facts.mount(copy) == "slider":
+        return _front(facts, copy, body), None, {}
     if copy.shape is not None and copy.shape.kind != "plane":
         return thickness(copy.shape, facts.folder), None, {}
     unfelt = unfelt_links(copy.model)
@@ -98,6 +100,18 @@ def _thinnest(facts: Facts, copy: Copy) -> tuple[float, str | None, dict[str, fl
         return math.inf, None, {}
     thinnest = min(sizes, key=lambda link: sizes[link])
     return sizes[thinnest], thinnest, {name: size for name, size in sizes.items() if name and name != thinnest}
+
+
+def _front(facts: Facts, copy: Copy, body: SoftBody) -> float:
+    """Return the smallest thickness [m] of the solid parts of a compound that are nearest to a body, within a cell."""
+    gaps: dict[str | None, float] = {}
+    for part in facts.parts(copy):
+        sides = zip(*part.box, *body.box, strict=True)
+        size = math.hypot(*(max(low - high, least - most, 0.0) for least, high, low, most in sides))
+        gaps[part.piece.part] = min(size, gaps.get(part.piece.part, math.inf))
+    solids = copy.shape.solids
+    nearest = min(gaps.values()) + facts.once(SoftFacts).cell
+    return min(thickness(solids[name].shape, facts.folder) for name, size in gaps.items() if size <= nearest)
 
 
 def _is_post(piece: Piece) -> bool:
