@@ -85,7 +85,20 @@ def test_substeps_keep_sound_within_half_a_cell() -> None:
     speed = sqrt(2e6 * 0.55 / (1.45 * 0.1 * 500))
     assert 0.45 * cell / speed < step_s <= 0.5 * cell / speed
     step_s, cell = step("{youngs_modulus: 1.0e4}")
-    assert step_s == pytest.approx(0.02 * cell), "a soft one: what the engine suggests for its grid"
+    assert step_s == pytest.approx(0.05 * cell), "a soft one that nothing moves"
+
+
+def test_substeps_keep_what_moves_within_half_a_cell() -> None:
+    """Sound c and motion v cross half a cell; what is faster than the engine's 25 m/s has the engine's step."""
+
+    def step(speed: float) -> float:
+        start = f"actions: {{controls: {{go: {{kind: initial_velocity, body: a, linear: [{speed}, 0, 0]}}}}}}"
+        soft = "material: {youngs_modulus: 1.0e5, poisson_ratio: 0, density: 1000}"
+        case = resolve(f"  a: {CUBE}, {soft}}}", "gravity: [0, 0, 0]", start)
+        return 0.01 / case.settings.substeps / mpm(case).cell
+
+    assert 0.45 / 15 < step(5.0) <= 0.5 / 15
+    assert step(30.0) == pytest.approx(0.02)
 
 
 @pytest.mark.parametrize(("speed", "hardening"), [(2.0, e), (14.0, 1 + 5 * 400 * 14**2 / (4e5 * 0.03))])
@@ -106,8 +119,6 @@ def test_snow_that_falls_is_hit_at_the_speed_of_its_fall() -> None:
     fall = "a: {kind: snow, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 2]}}"
     assert (settings := resolve(f"  {fall}", FLOOR).settings.soft) is not None
     assert settings.impact == pytest.approx(sqrt(2 * 9.81 * 2.1))
-    assert (dry := resolve(f"  {fall.replace('snow', 'granular')}", FLOOR).settings.soft) is not None
-    assert dry.impact == 0.0
 
 
 def test_substeps_keep_a_viscous_liquid_stable() -> None:
@@ -347,7 +358,7 @@ def test_reasons_are_told() -> None:
         "mpm_cell = 0.02 m",
         "mpm_bounds = [",
         "pbd_size = 0.005 m",
-        "stretch_iterations = 8: its own weight then stretches a cloth that hangs by 0.9%",
+        "stretch_iterations = 16: its own weight then stretches a cloth that hangs by 0.7%",
     ):
         assert any(note.startswith(name) for note in notes), name
 

@@ -43,7 +43,7 @@ def test_a_body_feels_the_soft_one_that_is_attached_to_it(simulate, agree):
     row = {one.body: number for number, one in enumerate(states.deformables)}
     _, v = rows(states, "load")
     both = v + trial.vel("cart")  # 1 kg each
-    agree("momentum along x of a load and its cart [N s]", both[:, 0], 1.0, within=0.04)
+    agree("momentum along x of a load and its cart [N s]", both[:, 0], 1.0, within=0.06)
     agree("momentum along x at the end [N s]", both[-1, 0], 1.0, within=0.005)
     agree("momentum along z [N s]", both[:, 2], -2 * 9.81 * t, within=0.08)
     rotor, rider, inner = 0.5 * 2 * 0.2**2 / 12, 0.1**2 / 6, CELL**2 / 2

@@ -59,7 +59,7 @@ def test_mpm_bodies_are_pushed_and_held(simulate, agree):
     along = np.array([np.cos(np.pi / 6), 0.5, 0.0])
     went = (points[:, top] - points[0, top]) @ along
     link = (trial.pos("slide") - trial.pos("slide")[0]) @ along
-    # It starts at once: springs of angular frequency 0.5 / substep, critically damped, follow within a few substeps.
+    # It starts at once: critically damped springs of angular frequency 1 / substep follow within a few substeps.
     agree("with what carries it at 0.4 m/s [m]", (link[:, None] - went)[t > 0.05], 0.0, within=1e-4)
     points, v = rows(states, "turning")
     given = mass["turning"] * v[-1, [0, 2]]  # the wind blows along y

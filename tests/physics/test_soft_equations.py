@@ -71,8 +71,8 @@ def test_soft_and_rigid_bodies_exchange_momentum_and_rub(trial, agree):
         if body.body == name
     )
     total = soft[:, 0] + 0.5 * trial.vel("hard")[:, 0]
-    # The rigid body feels within a step what the grid gave it in the one before.
-    agree("soft on hard: momentum along the way [kg m/s]", total, 1.0, within=0.02)
+    # The rigid body feels in a substep what the grid gave it in the one before: some 50 N for half a millisecond.
+    agree("soft on hard: momentum along the way [kg m/s]", total, 1.0, within=0.03)
     agree("soft on hard: momentum when they have parted [kg m/s]", total[-1], 1.0, within=0.002)
     assert trial.vel("hard")[-1, 0] > 2 / 3, "more than if they stuck together"
     assert trial.vel("hard")[-1, 0] - soft[-1, 0] < 1.0, "and they part no faster than they met"

@@ -15,10 +15,10 @@ from genesis.utils.array_class import LinksState
 from genesis.utils.geom import qd_transform_by_trans_quat
 from points import array, tensor
 
-# Without a stiffness of its own a spring has the angular frequency 0.5 / substep: a particle that bears an acceleration
-# a is 4 a h^2 off. Particles put exactly in their places would not bear the nodes of the grid that they share with free
-# ones, only brake them: the end of a hung bar then swings a fifth slower.
-STIFF = 0.25
+# Square of the angular frequency times substep of springs without a stiffness of their own: a particle that bears an
+# acceleration a is a h^2 off. Put exactly in their places, particles would not bear the nodes of the grid that they
+# share with free ones, only brake them: the end of a hung bar then swings a fifth slower.
+STIFF = 1.0
 
 
 class Carried:
