@@ -59,8 +59,8 @@ def test_mpm_bodies_are_pushed_and_held(simulate, agree):
     along = np.array([np.cos(np.pi / 6), 0.5, 0.0])
     went = (points[:, top] - points[0, top]) @ along
     link = (trial.pos("slide") - trial.pos("slide")[0]) @ along
-    # It starts at once: critically damped springs of angular frequency 1 / substep follow within a few substeps.
-    agree("with what carries it at 0.4 m/s [m]", (link[:, None] - went)[t > 0.05], 0.0, within=1e-4)
+    # Springs of angular frequency 0.5 / substep are 4 a h^2 behind: here, 100 m/s2 while the body wobbles, 0.8 ms.
+    agree("with what carries it at 0.4 m/s [m]", (link[:, None] - went)[t > 0.05], 0.0, within=4e-4)
     points, v = rows(states, "turning")
     given = mass["turning"] * v[-1, [0, 2]]  # the wind blows along y
     agree("a blow of 0.2 N s [N s]", given, [0.1 * mass["turning"], 0.2], within=2e-3)
