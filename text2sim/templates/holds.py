@@ -6,7 +6,7 @@ A link moves its points. Those of mpm and pbd bodies act on the link, too, if it
     pbd   particles are placed in every step, and move with the link's velocity in between
           two-way: they are placed in every substep, and the pull of the threads becomes a force on the link
           breakable: likewise, but a link that nothing moves only counts the force
-    mpm   particles are placed, or pulled by springs, after every substep; what that changes becomes a force on the link
+    mpm   springs pull particles after every substep; what that changes becomes a force on the link
 """
 
 import genesis as gs

@@ -186,7 +186,7 @@ class Attach(Acting):
     pivot: Vec3 | BodyRegion | None = None
     """Of rigid bodies: point [m] or region of `body`, in its frame, about which it turns freely, as on a hook."""
     stiffness: Positive | None = None
-    """For mpm and fem bodies: total stiffness [N/m] of springs that hold the points. Without, they follow exactly."""
+    """For mpm and fem bodies: total stiffness [N/m] of springs that hold the points. Without, they are held firmly."""
     strength: Positive | None = None
     """Force [N] at which it breaks: of rigid bodies held from the start on, or of cloth (pbd), in all at a holder."""
     at: Seconds = 0.0
