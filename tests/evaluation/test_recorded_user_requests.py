@@ -17,7 +17,7 @@ PAGE = (HERE.parents[1] / "docs" / "evaluation_results.md").read_text("utf-8")
 PROMPTS = read_suite(HERE / "recorded" / "user_requests.yaml")[0].prompts
 INTERRUPTED = ("awning_melons", "wobble_towers")
 COUNTED = [prompt for prompt in PROMPTS if prompt not in INTERRUPTED]
-FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST, CROWDED, BELLS, STRAPS, PLEATS = (
+FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST, CROWDED, BELLS, STRAPS, PLEATS, BIAS = (
     COUNTED[4:9],
     COUNTED[9:12],
     COUNTED[12:14],
@@ -29,9 +29,11 @@ FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST, CROWDED, B
     COUNTED[33:36],
     COUNTED[36:38],
     COUNTED[38:40],
-    COUNTED[40:],
+    COUNTED[40:43],
+    COUNTED[43:],
 )
 METHODS, KINDS = ("text2sim-with-cards", "agent-no-cards"), ("physical", "visual")
+LATE = ("comes_out", "cork_out", "pressed", "pulled", "soaped_out", "wedged")  # that its run did not get to
 AGAIN = {"three_joined_vessels": "film traced again", "band_bundles_tubes": "played again"}
 
 
@@ -73,6 +75,7 @@ def test_means_and_differences_are_those_of_the_page():
         "bell and belts": BELLS,
         "chimney and straps": STRAPS,
         "sleeves, jars and pleats": PLEATS,
+        "bias cuts and stoppers": BIAS,
     }
     for name, some in (parts | {"user requests": COUNTED}).items():
         found = [estimate([mark(p, METHODS[0], kind) - mark(p, METHODS[1], kind) for p in some]) for kind in KINDS]
@@ -141,4 +144,19 @@ def test_what_was_marked_below_one():
         *(("jars_that_turn_again", ours, f"action.{name}") for name in ("again", "goes_round", "jelly_stays", "spun")),
         *(("jars_that_turn_again", ours, name) for name in ("body.jars", "render.surface")),
         *(("pleated_sheet_bridges", method, "render.below") for method in METHODS),
+        *(
+            ("bias_cut_check_panels", bare, f"action.{name}")
+            for name in ("back", "green", "knocked", "longer", "red", "waist")
+        ),
+        *(("bias_cut_check_panels", method, "body.panels") for method in METHODS),
+        ("bias_cut_check_panels", ours, "action.still"),
+        *(("stoppers_pushed_and_pulled", bare, name) for name in ("action.pulled", "scene.rams")),
+        *(
+            ("stoppers_pushed_and_pulled", method, name)
+            for method in METHODS
+            for name in ("action.sits", "body.rubber")
+        ),
+        *(("stoppers_pushed_and_pulled", ours, f"action.{name}") for name in LATE),
+        *(("stoppers_pushed_and_pulled", ours, f"body.{name}") for name in ("bands", "cork", "soaped")),
+        ("stoppers_pushed_and_pulled", ours, "render.front"),
     }
