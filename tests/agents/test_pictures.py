@@ -254,6 +254,23 @@ def test_frames_that_are_about_to_be_enough_are_waited_for(
     assert len(done) == traced
 
 
+def test_a_slow_first_frame_does_not_decide_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a busy machine the tracer takes 95 s for its first frame, most of which compiles its kernels."""
+    now, done = 0.0, list[int]()
+    monkeypatch.setattr(pictures, "monotonic", lambda: now)
+
+    def render(reel: list[int], tell: Any, until: float) -> None:
+        nonlocal now
+        for k in reel:
+            if k not in done and now <= until:
+                now += 20 if done else 95
+                done.append(k)
+                tell(SimpleNamespace(done=len(done), seconds={"trace": 20 if done[1:] else 95}))
+
+    pictures._trace(SimpleNamespace(render=render), list(range(12)), FEWEST_TRACED, 90.0, 100.0)  # type: ignore[arg-type]
+    assert len(done) >= FEWEST_TRACED
+
+
 def test_what_is_reached_comes_before_what_only_stays_within_bounds() -> None:
     during = {"measure": "high", "during": [0, 9]}
     asked = {

@@ -255,6 +255,8 @@ def _trace(filming: "Filming", reel: "Reel", fewest: int, seconds: float, more: 
             took.append(sum(time for step, time in progress.seconds.items() if step != "background"))
 
     filming.render(reel, tell, until=monotonic() + seconds)
+    if done == 1 < fewest:  # a second one tells how long they take: the first also compiles the tracer's kernels
+        filming.render(reel, tell, until=monotonic() + 1.0)
     if done < fewest and (fewest - done) * min(took, default=inf) <= more:
         filming.render(reel, tell, until=monotonic() + more)
 

@@ -38,13 +38,17 @@ UNRECORDED = ("mass", "bending", "elastic", "gas", "damping", "stream", "adhesio
 """Facts of deformable bodies that the recorder does not need."""
 FROM_FILE = ("MJCF", "URDF", "Mesh")
 """Morphs that read a file of the program."""
-OWN_MATERIALS = {
-    "DampSand": ("damp_sand.py", "cohesion", 0.0),
-    "TearingSolid": ("tearing_solid.py", "tear_stretch", Code("float('inf')")),
-    "Viscoplastic": ("viscoplastic.py", "viscosity", 0.0),
-    "ViscousLiquid": ("viscous_liquid.py", "viscosity", 0.0),
+OWN_MATERIALS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
+    "TearingSolid": (("tearing_solid.py", "stretches.py"), {"tear_stretch": Code("float('inf')")}),
+    "Corotated": (("corotated.py",), {}),
+    "Viscoplastic": (("plastic.py", "stretches.py"), {"viscosity": 0.0}),
+    "Plastic": (("plastic.py", "stretches.py"), {}),
+    "Sand": (("sand.py", "stretches.py"), {"cohesion": 0.0}),
+    "Snow": (("snow.py", "stretches.py"), {}),
+    "ViscousLiquid": (("viscous_liquid.py", "corotated.py"), {"viscosity": 0.0}),
 }
-"""Materials of our own: their module, the property without which the engine's does, and its value in a copy without."""
+"""Materials of our own: their modules, and what their own properties are in a copy without. If copies of a body differ,
+all are of the first of their materials."""
 KEPT_OUT_EVERY = 1.25e-3
 """Time [s] after which what flows is moved out of walls again, and compared with the room that it has; or a quarter of
 a step, if that is longer."""
@@ -126,7 +130,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
     copied += ["bounce.py"] if context["uneven"] else []
     copied += ["cloth_friction.py"] if context["cloth"] else []
     copied += ["cloth_on_grid.py"] if context["cloth_on_grid"] else []
-    copied += [file for name, (file, *_) in OWN_MATERIALS.items() if name in context["own_materials"]]
+    copied += sorted({file for name in context["own_materials"] for file in OWN_MATERIALS[name][0]})
     copied += ["internal_damping.py"] if context["dampings"] else []
     copied += ["gas.py"] if context["gases"] else []
     copied += ["flows.py"] if context["streams"] else []
@@ -204,7 +208,7 @@ def _context(plan: Plan) -> dict[str, Any]:
     names = ("substeps", "solver", "iterations", "friction_cone", "timeconst", "max_pairs")
     why = {name: Code(f"  # {comment(settings.why[name])}" if name in settings.why else "") for name in names}
     soft = settings.soft
-    own_materials = {entity.material for entity in plan.entities} & {*OWN_MATERIALS}
+    own_materials = {name for group in (*plan.statics, *plan.bodies) if (name := _own_material(group))}
     touching = soft is not None and soft.model == "particle"
     flowing = [name for name, facts in plan.deformables.items() if touching and facts.kind in FLOWING]
     return {
@@ -281,9 +285,13 @@ def _reasons(soft: SoftSettings | None) -> dict[str, Code]:
 
 def _group(group: Group, substeps: int) -> dict[str, Any]:
     """Return what a group's template prints: constant cells as they are, varying cells as columns of a table."""
-    own = next((entity.material for entity in group.entities if entity.material in OWN_MATERIALS), None)
-    if own is not None:  # then all copies are of that class
-        group = replace(group, entities=tuple(_of_class(own, entity, substeps) for entity in group.entities))
+    own = _own_material(group)
+    if own is not None:
+        used = {name for entity in group.entities for name in entity.material_options}
+        without = {name: value for name, value in OWN_MATERIALS[own][1].items() if name in used}
+        if own in RATE_DEPENDENT:
+            without["substep"] = Code(f"DT / {substeps}")
+        group = replace(group, entities=tuple(_of_class(own, entity, without) for entity in group.entities))
     first = group.entities[0]
     turned = any(tuple(entity.quat) != IDENTITY for entity in group.entities)
     rows = [_cells(entity, turned=turned) for entity in group.entities]
@@ -315,12 +323,13 @@ def _group(group: Group, substeps: int) -> dict[str, Any]:
     }
 
 
-def _of_class(own: str, entity: EntityPlan, substeps: int) -> EntityPlan:
-    _, name, without = OWN_MATERIALS[own]
-    options = {name: without} | entity.material_options
-    if own in RATE_DEPENDENT:
-        options["substep"] = Code(f"DT / {substeps}")
-    return replace(entity, material=own, material_options=options)
+def _own_material(group: Group) -> str | None:
+    materials = {entity.material for entity in group.entities}
+    return next((name for name in OWN_MATERIALS if name in materials), None)
+
+
+def _of_class(own: str, entity: EntityPlan, without: dict[str, Any]) -> EntityPlan:
+    return replace(entity, material=own, material_options=without | entity.material_options)
 
 
 def _material_keys(entity: EntityPlan) -> list[str]:

@@ -15,7 +15,7 @@ import torch
 from genesis.engine.couplers import SAPCoupler
 from mpm_holds import Carried
 from points import INVERSE, Points, array, assign, choose, each_substep, rotate, tensor
-from two_way_holds import Mutual
+from two_way_holds import Mutual, carry
 
 SHAKY = 0.8
 """Angular frequency of springs times substep above which they vibrate. At 2 they are unstable."""
@@ -77,7 +77,7 @@ class Hold:
                 f"last {self.h:.2g} s): make it softer, or leave `stiffness` out to hold firmly"
             )
         self.both_ways, self.loads = both_ways, loads
-        pbd = Mutual if both_ways or loads is not None else _Pbd
+        pbd = Mutual if both_ways or loads is not None else _Placed
         self.grip = (_Fem if self.points.fem else Carried if self.points.mpm else pbd)(self)
 
     def begin(self):
@@ -163,6 +163,7 @@ class Holds:
 
     def __init__(self, holds, happened=None, gone=frozenset()):
         self.holds, self.happened, self.gone = holds, {} if happened is None else happened, gone
+        self.place = _Placing([hold for hold in holds if isinstance(getattr(hold, "grip", None), _Placed)])
 
     def __call__(self, t):
         """Update the holds before the step that begins at t [s]."""
@@ -178,6 +179,7 @@ class Holds:
                     hold.let_go(held)
             if hold.active:
                 hold.step(t)
+        self.place()
 
     def report(self):
         """Return the loads of all that can break, as the rows of `Bonds.report`."""
@@ -189,7 +191,9 @@ class Holds:
         return t >= end - 1e-9
 
 
-class _Pbd:
+class _Placed:
+    """Particles that are placed in every step, by `_Placing`."""
+
     def __init__(self, hold):
         self.hold, self.entity = hold, hold.points.entity
 
@@ -197,10 +201,7 @@ class _Pbd:
         self.entity.fix_particles(self.hold.chosen, zero_velocity=False)
 
     def step(self):
-        self.hold.look()
-        places, speeds = self.hold.carried(0.0)
-        self.entity.set_particles_pos(tensor(places), self.hold.chosen)
-        self.entity.set_particles_vel(tensor(speeds), self.hold.chosen)
+        pass
 
     def drop(self, gone):
         let = self.hold.chosen[gone]
@@ -209,6 +210,41 @@ class _Pbd:
         else:  # `release_particle` needs links, and there are none
             chosen = torch.as_tensor(let[None] + self.entity.particle_start, dtype=gs.tc_int, device=gs.device)
             self.entity.solver._kernel_release_particle(chosen, torch.zeros(1, dtype=gs.tc_int, device=gs.device))
+
+
+class _Placing:
+    """Places the particles of many holds at once: the engine's own calls take a millisecond for each hold."""
+
+    def __init__(self, holds):
+        self.holds, self.counts, self.carried, self.fixed = holds, [], None, None
+
+    def __call__(self):
+        counts = [len(hold.chosen) if hold.active else 0 for hold in self.holds]
+        if counts != self.counts:
+            self.counts = counts
+            self._gather([hold for hold in self.holds if hold.active])
+        if self.carried is not None:
+            hold = self.holds[0]
+            carry(hold.points.solver.particles, *self.carried, hold.h, hold.rigid.dyn_state.links)
+        if self.fixed is not None:  # this makes their velocities zero, too
+            self.holds[0].points.solver._kernel_set_particles_pos(*self.fixed)
+
+    def _gather(self, active):
+        self.carried, self.fixed = None, None
+        if not active:
+            return
+        numbers = np.concatenate([hold.chosen + hold.points.entity.particle_start for hold in active])
+        links = np.concatenate(
+            [np.asarray(hold.links)[hold.owner] if hold.links else np.full(len(hold.owner), -1) for hold in active]
+        )
+        local = np.concatenate([hold.local for hold in active])
+        # Of two holds of one particle, the later one has it.
+        last = len(numbers) - 1 - np.unique(numbers[::-1], return_index=True)[1]
+        of_links, of_world = last[links[last] >= 0], last[links[last] < 0]
+        if len(of_links):
+            self.carried = _integers(numbers[of_links]), _integers(links[of_links]), tensor(local[of_links])
+        if len(of_world):
+            self.fixed = _integers(numbers[of_world])[None], _integers([0]), tensor(local[of_world])[None]
 
 
 class _Fem:
@@ -251,6 +287,10 @@ class _Fem:
         # `expm1`, so that damping never reverses a velocity, however long the substep.
         velocities[hold.chosen] -= hold.h * pull * off - np.expm1(-2.0 * np.sqrt(pull) * hold.h) * fast
         hold.points.set_velocities(velocities)
+
+
+def _integers(values):
+    return torch.as_tensor(values, dtype=gs.tc_int, device=gs.device)
 
 
 def _turned(quat, vector):

@@ -73,7 +73,7 @@ class Mutual:
         def carried(f, t):
             fall(f, t)
             if self.hold.active:
-                _carry(solver.particles, *self.rows, self.hold.h, links)
+                carry(solver.particles, *self.rows, self.hold.h, links)
 
         def felt(f):
             settle(f)
@@ -97,7 +97,7 @@ def _anchor(link, x, y, z, links: LinksState):
 
 
 @qd.kernel
-def _carry(
+def carry(
     particles: qd.template(),
     numbers: qd.types.ndarray(),
     holders: qd.types.ndarray(),
@@ -105,6 +105,7 @@ def _carry(
     h: qd.f32,
     links: LinksState,
 ):
+    """Place particles where their holders are; `local` are their places in the frames of these [m], (n, 3)."""
     for k in range(numbers.shape[0]):
         at = _anchor(holders[k], local[k, 0], local[k, 1], local[k, 2], links)
         speed = func_vel_at_point(holders[k], 0, at, links)

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import genesis as gs
+from corotated import Corotated
 from filling import weigh
 from grid_step import skip_far
 
@@ -101,7 +102,7 @@ def add_block(scene):
                 file=str(HERE / "models/block.obj"),
                 pos=pos,
             ),
-            material=gs.materials.MPM.Elastic(E=50000.0, nu=0.3, rho=1000.0, model="corotation"),
+            material=Corotated(E=50000.0, nu=0.3, rho=1000.0),
             surface=gs.surfaces.Default(color=color, roughness=0.5, metallic=0.0, vis_mode="particle"),
             name=f"block[{i}]",
         )

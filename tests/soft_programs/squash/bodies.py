@@ -3,8 +3,10 @@
 from pathlib import Path
 
 import genesis as gs
+from corotated import Corotated
 from filling import weigh
 from grid_step import skip_far
+from plastic import Plastic
 
 HERE = Path(__file__).resolve().parent
 
@@ -65,7 +67,7 @@ def add_block(scene):
                 pos=pos,
                 quat=(0.984807753, 0.0, 0.0, 0.173648178),
             ),
-            material=gs.materials.MPM.Elastic(E=E, nu=0.35, rho=900.0, model="corotation"),
+            material=Corotated(E=E, nu=0.35, rho=900.0),
             surface=gs.surfaces.Default(color=color, roughness=0.9, metallic=0.0, vis_mode="particle"),
             name=f"block[{i}]",
         )
@@ -82,7 +84,7 @@ def add_lump(scene):
                 file=str(HERE / "models/lump.obj"),
                 pos=(0.0, 0.15, 0.3),
             ),
-            material=gs.materials.MPM.ElastoPlastic(E=100000.0, nu=0.3, rho=1000.0, von_mises_yield_stress=1632.99),
+            material=Plastic(E=100000.0, nu=0.3, rho=1000.0, von_mises_yield_stress=1632.99),
             surface=gs.surfaces.Default(
                 color=(0.8353, 0.3686, 0.0, 1.0), roughness=0.9, metallic=0.0, vis_mode="particle"
             ),

@@ -79,11 +79,12 @@ def _mpm_soft(model: Soft) -> Made:
         values["von_mises_yield_stress"] = float(f"{limit:.6g}")
         if material.viscosity:
             return "Viscoplastic", values | {"viscosity": material.viscosity}
-        return "MPM.ElastoPlastic", values
-    values["model"] = {"elastic": "corotation", "neo_hookean": "neohooken"}[material.model]
+        return "Plastic", values
+    if material.model == "neo_hookean":
+        values["model"] = "neohooken"
     if material.tear_stretch is not None:
         return "TearingSolid", values | {"tear_stretch": material.tear_stretch}
-    return "MPM.Elastic", values
+    return ("MPM.Elastic" if "model" in values else "Corotated"), values
 
 
 def _fem_soft(model: Soft) -> Made:
@@ -118,7 +119,7 @@ def _pbd_cloth(model: Cloth) -> Made:
 def _granular(model: Granular) -> Made:
     values = _elastic(model.material) | {"friction_angle": model.material.friction_angle_deg}
     cohesion = model.material.cohesion
-    return ("DampSand", values | {"cohesion": cohesion}) if cohesion else ("MPM.Sand", values)
+    return "Sand", values | ({"cohesion": cohesion} if cohesion else {})
 
 
 def _liquid(model: Liquid) -> Made:
@@ -133,7 +134,7 @@ def _liquid(model: Liquid) -> Made:
 
 def _snow(model: Snow) -> Made:
     material = model.material
-    return "MPM.Snow", _elastic(material) | {"yield_lower": material.crush, "yield_higher": material.crumble}
+    return "Snow", _elastic(material) | {"yield_lower": material.crush, "yield_higher": material.crumble}
 
 
 _MATERIALS: dict[tuple[str, str], Callable[[Any], Made]] = {

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from math import hypot, inf
 
-from text2sim.compiler.action_rows import Hold
+from text2sim.compiler.action_rows import Hold, Weld
 from text2sim.compiler.controls import ControlRows
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.prescribed import displacements
@@ -77,9 +77,10 @@ def travel(
         axis = quat_rotate(copies[name].quat, vector_unit(mount.axis))
         ends = [vector_times(axis, min(max(s, low), high)) for s in reach]
         motors[name] = around([*motors.get(name, NOWHERE), *ends])
+    towed = _towed(motors, rows.welds, copies)
     holds: dict[str, Bounds] = {}
     for hold in rows.holds:
-        corners = [corner for name in hold.to for corner in motors.get(name, NOWHERE)]
+        corners = [corner for name in hold.to for corner in towed.get(name, NOWHERE)]
         if corners:
             holds[hold.entity] = around([*holds.get(hold.entity, NOWHERE), *corners])
     flights: dict[str, Vec] = {}
@@ -112,6 +113,24 @@ def travel(
     spins |= {row.entity for row in rows.velocities if hypot(*row.angular) and row.entity in masses}
     hanging = {hold.entity for hold in rows.holds if _holds_up(hold, copies, motors)}
     return Travel(motors, frozenset(spins), holds, flights, starts, frozenset(hanging))
+
+
+def _towed(motors: dict[str, Bounds], welds: Iterable[Weld], copies: dict[str, Copy]) -> dict[str, Bounds]:
+    """Return displacements of what motors move, and of ropes and free bodies that are welded to it, one to the next."""
+    towed = dict(motors)
+    tied = [pair for weld in welds for pair in ((weld.a, weld.b), (weld.b, weld.a))]
+    while new := {
+        other: towed[one]
+        for one, other in tied
+        if one in towed and other not in towed and other in copies and _is_loose(copies[other])
+    }:
+        towed |= new
+    return towed
+
+
+def _is_loose(copy: Copy) -> bool:
+    """Return whether what is tied to a body takes it along."""
+    return copy.model.kind in ("rope", "chain") or _is_free(copy)
 
 
 def _holds_up(hold: Hold, copies: dict[str, Copy], motors: Collection[str]) -> bool:
