@@ -3,7 +3,8 @@
     python -m benchmarks.engine_defaults
 
 The hash grid of cloth covers the cloth's whole space by default, and is cleared in every substep. The grid of mpm is
-visited as a whole, although the engine lists the nodes that particles touch.
+visited as a whole, although the engine lists the nodes that particles touch. The engine's laws of soft bodies and sand
+decompose the deformation of each particle.
 """
 
 import re
@@ -15,12 +16,14 @@ from pathlib import Path
 from text2sim.compiler.build import compile_case
 from text2sim.spec_schema.load import load_case
 
-SCENES = Path(__file__).with_name("scenes")
-LEFT_OUT = {
-    "cloth_falls_far": ("scene.py", r"hash_grid_res=\([^)]*\),"),
-    "water_poured": ("bodies.py", r"    skip_far\(.*\)\n"),
+ROOT = Path(__file__).parents[1]
+DEFAULTS = {
+    "benchmarks/scenes/cloth_falls_far.yaml": ("scene.py", r"hash_grid_res=\([^)]*\),", ""),
+    "benchmarks/scenes/water_poured.yaml": ("bodies.py", r"    skip_far\(.*\)\n", ""),
+    "cases/soft_press/case.yaml": ("bodies.py", r"\bCorotated\(", "gs.materials.MPM.Elastic("),
+    "cases/sand_hourglass/case.yaml": ("bodies.py", r"\bSand\(", "gs.materials.MPM.Sand("),
 }
-"""Scene -> file of its program, and what is left out of it to have the engine's default."""
+"""Case -> file of its program, what to replace there to have the engine's default, and by what."""
 LOOP = """
 import time
 
@@ -47,16 +50,16 @@ def measure(program: Path) -> float:
 
 def main() -> None:
     """Print both times of each scene."""
-    for scene, (file, pattern) in LEFT_OUT.items():
+    for case, (file, pattern, instead) in DEFAULTS.items():
         with tempfile.TemporaryDirectory() as folder:
             program = Path(folder) / "program"
-            compile_case(load_case(SCENES / f"{scene}.yaml"), program)
+            compile_case(load_case(ROOT / case), program)
             ours = measure(program)
             text = (program / file).read_text("utf-8")
-            default = re.sub(pattern, "", text)
+            default = re.sub(pattern, instead, text)
             assert default != text
             (program / file).write_text(default, "utf-8")
-            print(f"{scene}: {ours:.2f} ms a substep, with the engine's default {measure(program):.2f} ms")
+            print(f"{case}: {ours:.2f} ms a substep, with the engine's default {measure(program):.2f} ms")
 
 
 if __name__ == "__main__":

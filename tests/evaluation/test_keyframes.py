@@ -162,3 +162,18 @@ def test_a_cloth_whose_points_are_set_is_found(tmp_path: Path) -> None:
         run.add_soft("sheet", square + np.stack([run.time, 0 * run.time, 0 * run.time], 1)[:, None], solver="pbd")
 
     assert moved(tmp_path, record, bodies={"sheet": cloth}).mainly_keyframed
+
+
+@pytest.mark.parametrize(("jump", "found"), [(0.0, False), (0.5, True)])
+def test_of_what_is_attached_only_a_jump_is_odd(jump: float, found: bool, tmp_path: Path) -> None:
+    cloth = {"kind": "cloth", "solver": "pbd", "shape": {"kind": "sheet", "size": [1, 1]}}
+    hang = {"kind": "attach", "body": "sheet", "region": {"edge": "back"}, "to": "ball"}
+
+    def record(run: WrittenRun) -> None:
+        run.add_link("ball", **along(run, 2 + run.time, 1.0))
+        square = np.array([[0, 0, 1], [1, 0, 1], [0, 1, 1], [1, 1, 1]], float)
+        z = run.time + jump * (run.time > 0.3)
+        run.add_soft("sheet", square + np.stack([0 * z, 0 * z, z], 1)[:, None], solver="pbd")
+
+    motion = moved(tmp_path, record, bodies={"sheet": cloth, "ball": BALL}, controls={"hang": hang})
+    assert ("sheet" in motion.keyframed) == found

@@ -17,7 +17,7 @@ MAX_REST_DISPLACEMENT = 2e-4
 INTEGRATION_SLACK = 0.05
 """Tolerated integration error, as a fraction of the displacement."""
 SOFT_SLACK = 0.5
-"""The same for deformable bodies, where the solver moves held points without giving them a velocity."""
+"""The same for deformable bodies."""
 MOTOR_SLACK = 0.5
 """The same for bodies that a drive moves: a target changes once per step, so that the velocity at the end of a step is
 the lowest of it. Of a slider of 0.3 kg with a time constant of 15 ms it was 0.80 of the mean, at steps of 10 ms."""
@@ -75,7 +75,8 @@ def motion_of(recording: RecordedCase) -> Motion:
     m (v1 - v0) = m g h + sum(F dt), with a tolerance of half of gravity and a fifth of the contact forces. This second
     check is skipped if controls act on the body, if the scene has deformable bodies (their contacts are not recorded),
     or if the contact model does not report forces. A body is keyframed if it jumps, if a fifth of the path of its links
-    is unexplained, or 0.1 m of it in a row: where many crowd, some frames of some of them always are.
+    is unexplained, or 0.1 m of it in a row: where many crowd, some frames of some of them always are. A deformable body
+    that is attached must only not jump.
     """
     keyframed: dict[str, str] = {}
     distances: dict[str, float] = {}
@@ -147,8 +148,8 @@ def _unexplained_motion(
     before, after = velocities[:-1], velocities[1:]
     gap = np.linalg.norm(steps - step[..., None] * (before + after) / 2, axis=-1)
     moved = np.linalg.norm(steps, axis=-1)
-    driven = any(control.kind == "drive" for control in _controls_on(recording.case, body_of(target.copy)))
-    slack = SOFT_SLACK if target.soft is not None else MOTOR_SLACK if driven else INTEGRATION_SLACK
+    controls = {control.kind for control in _controls_on(recording.case, body_of(target.copy))}
+    slack = SOFT_SLACK if target.soft is not None else MOTOR_SLACK if "drive" in controls else INTEGRATION_SLACK
     bound = step * np.linalg.norm(after - before, axis=-1) / 2 + slack * moved + MAX_REST_DISPLACEMENT
     present = (there[:-1] & there[1:])[:, None]
     odd = (gap > bound) & present
@@ -157,6 +158,8 @@ def _unexplained_motion(
     fast = step[:, 0] * np.linalg.norm(velocities, axis=-1).max(axis=1)[:-1]
     beyond = np.where(beyond > 2 * fast, beyond, 0.0)
     at = int(beyond.argmax())
+    if target.soft is not None and "attach" in controls:
+        odd[:] = False  # the pull of its holder is in the velocity of a point, but not yet in its displacement
     if _is_free(recording, target):
         odd[:, 0] |= _without_cause(recording, target, given, before[:, 0], after[:, 0]) & present[:, 0]
     return np.where(present, moved, 0.0), odd, (float(beyond[at]), float(states.time[at + 1]))

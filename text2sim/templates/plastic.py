@@ -6,7 +6,7 @@ import genesis as gs
 import quadrants as qd
 from stretches import corotated_stress, principal, restretched
 
-LEAST = 0.05
+MIN_STRETCH = 0.05
 """Smallest stretch, as in the engine."""
 
 
@@ -29,7 +29,7 @@ class Plastic(gs.materials.MPM.ElastoPlastic):
         kept = stretches
         strain = qd.Vector.zero(gs.qd_float, 3)
         for i in qd.static(range(3)):
-            strain[i] = qd.log(max(stretches[i], LEAST))
+            strain[i] = qd.log(max(stretches[i], MIN_STRETCH))
         deviator = strain - strain.sum() / 3
         size = deviator.norm(gs.EPS)
         excess = size - self.von_mises_yield_stress / (2 * self.mu)

@@ -7,7 +7,7 @@ import genesis as gs
 import quadrants as qd
 from stretches import principal, restretched, tensor_along
 
-LEAST = 1e-4
+MIN_STRETCH = 1e-4
 """Smallest stretch, as in the engine."""
 
 
@@ -38,7 +38,7 @@ class Sand(gs.materials.MPM.Sand):
         strain, kept = qd.Vector.zero(gs.qd_float, 3), qd.Vector.zero(gs.qd_float, 3)
         values = qd.Vector.zero(gs.qd_float, 3)
         for i in qd.static(range(3)):
-            strain[i] = qd.log(max(abs(stretches[i]), LEAST))
+            strain[i] = qd.log(max(abs(stretches[i]), MIN_STRETCH))
         trace = strain.sum() + Jp
         deviator = strain - trace / 3
         size = deviator.norm(gs.EPS)

@@ -1,16 +1,17 @@
 """Principal stretches of mpm particles, with which an isotropic material needs no singular value decomposition.
 
-The engine decomposes every deformation gradient as `F = U S V^T`. But its laws depend on S and U alone, and those are the
-square roots of the eigenvalues, and the eigenvectors, of `F F^T`: half the work. A law here is a material whose method
-`update_F_S_Jp` returns Kirchhoff's stress in the place of S, which the engine only hands on to `update_stress`.
+The engine decomposes every deformation gradient as `F = U S V^T`. Its laws depend on S and U alone: the square roots of
+the eigenvalues of `F F^T`, and its eigenvectors, which are half the work. The engine hands the S that a material's
+`update_F_S_Jp` returns on to its `update_stress`, and to nothing else; a law that uses this module returns Kirchhoff's
+stress there.
 """
 
 import genesis as gs
 import quadrants as qd
 
-SMALL = 1e-13
+TOLERANCE = 1e-13
 """Ratio of squares of the elements beside the diagonal and on it that counts as rounding."""
-MOST = 6
+MAX_SWEEPS = 6
 """Largest number of sweeps. Three are common."""
 
 
@@ -28,9 +29,9 @@ def principal(gradient):
     strain = gradient - qd.Matrix.identity(gs.qd_float, 3)
     e = strain + strain.transpose() + strain @ strain.transpose()
     axes = qd.Matrix.identity(gs.qd_float, 3)
-    for _ in range(MOST):
+    for _ in range(MAX_SWEEPS):
         beside = e[0, 1] ** 2 + e[0, 2] ** 2 + e[1, 2] ** 2
-        if beside > SMALL * (e[0, 0] ** 2 + e[1, 1] ** 2 + e[2, 2] ** 2):
+        if beside > TOLERANCE * (e[0, 0] ** 2 + e[1, 1] ** 2 + e[2, 2] ** 2):
             for p, q in qd.static(((0, 1), (0, 2), (1, 2))):
                 if e[p, q] != 0.0:
                     r = qd.static(3 - p - q)

@@ -12,6 +12,8 @@ from stretches import corotated_stress, principal, restretched, tensor_along
 
 FRICTION_ANGLE = math.radians(30.0)
 """Angle of friction of what has torn."""
+MIN_STRETCH = 1e-4
+"""Smallest stretch of what has torn, as in the engine's sand."""
 TORN = 2.0
 """Jp of a particle that has just torn: 1 is the engine's for one that has not. What it exceeds `TORN` by is how far the
 particle has loosened since."""
@@ -52,7 +54,7 @@ class TearingSolid(gs.materials.MPM.Elastic):
             strain, kept = qd.Vector.zero(gs.qd_float, 3), qd.Vector.zero(gs.qd_float, 3)
             values = qd.Vector.zero(gs.qd_float, 3)
             for i in qd.static(range(3)):
-                strain[i] = qd.log(max(abs(stretches[i]), 1e-4))
+                strain[i] = qd.log(max(abs(stretches[i]), MIN_STRETCH))
             trace = strain.sum() + Jp_new - TORN
             deviator = strain - trace / 3
             size = deviator.norm(gs.EPS)
