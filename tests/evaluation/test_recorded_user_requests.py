@@ -17,7 +17,7 @@ PAGE = (HERE.parents[1] / "docs" / "evaluation_results.md").read_text("utf-8")
 PROMPTS = read_suite(HERE / "recorded" / "user_requests.yaml")[0].prompts
 INTERRUPTED = ("awning_melons", "wobble_towers")
 COUNTED = [prompt for prompt in PROMPTS if prompt not in INTERRUPTED]
-FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST, CROWDED, BELLS, STRAPS, PLEATS, BIAS = (
+FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST, CROWDED, BELLS, STRAPS, PLEATS, BIAS, LADDERS = (
     COUNTED[4:9],
     COUNTED[9:12],
     COUNTED[12:14],
@@ -30,9 +30,11 @@ FIVE_MORE, THREE_MORE, TWO_MORE, LAST, LATEST, NEXT, LETTERS, NEWEST, CROWDED, B
     COUNTED[36:38],
     COUNTED[38:40],
     COUNTED[40:43],
-    COUNTED[43:],
+    COUNTED[43:45],
+    COUNTED[45:],
 )
 METHODS, KINDS = ("text2sim-with-cards", "agent-no-cards"), ("physical", "visual")
+BEARINGS = ("action.blue_sinks", "action.sideways", "scene.rulers")
 LATE = ("comes_out", "cork_out", "pressed", "pulled", "soaped_out", "wedged")  # that its run did not get to
 AGAIN = {"three_joined_vessels": "film traced again", "band_bundles_tubes": "played again"}
 
@@ -76,6 +78,7 @@ def test_means_and_differences_are_those_of_the_page():
         "chimney and straps": STRAPS,
         "sleeves, jars and pleats": PLEATS,
         "bias cuts and stoppers": BIAS,
+        "bearings, statues and ladders": LADDERS,
     }
     for name, some in (parts | {"user requests": COUNTED}).items():
         found = [estimate([mark(p, METHODS[0], kind) - mark(p, METHODS[1], kind) for p in some]) for kind in KINDS]
@@ -159,4 +162,11 @@ def test_what_was_marked_below_one():
         *(("stoppers_pushed_and_pulled", ours, f"action.{name}") for name in LATE),
         *(("stoppers_pushed_and_pulled", ours, f"body.{name}") for name in ("bands", "cork", "soaped")),
         ("stoppers_pushed_and_pulled", ours, "render.front"),
+        *(("bridge_bearings_sheets", method, name) for method in METHODS for name in BEARINGS),
+        ("bridge_bearings_sheets", bare, "action.orange_sinks"),
+        *(("statue_unveiling_lines", bare, f"action.{name}") for name in ("quiet", "rises", "topples")),
+        *(("statue_unveiling_lines", bare, name) for name in ("body.cloths", "body.fastened", "scene.lines")),
+        *(("statue_unveiling_lines", bare, f"render.{name}") for name in ("folds", "front")),
+        ("statue_unveiling_lines", ours, "body.lead"),
+        *(("orchard_ladders_slip", method, "scene.wall") for method in METHODS),
     }
