@@ -3,8 +3,8 @@
     python -m benchmarks.engine_defaults
 
 The hash grid of cloth covers the cloth's whole space by default, and is cleared in every substep. The grid of mpm is
-visited as a whole, although the engine lists the nodes that particles touch. The engine's laws of soft bodies and sand
-decompose the deformation of each particle.
+visited as a whole, although the engine lists the nodes that particles touch. The engine's law of soft bodies
+decomposes the deformation of each particle.
 """
 
 import re
@@ -21,7 +21,6 @@ DEFAULTS = {
     "benchmarks/scenes/cloth_falls_far.yaml": ("scene.py", r"hash_grid_res=\([^)]*\),", ""),
     "benchmarks/scenes/water_poured.yaml": ("bodies.py", r"    skip_far\(.*\)\n", ""),
     "cases/soft_press/case.yaml": ("bodies.py", r"\bCorotated\(", "gs.materials.MPM.Elastic("),
-    "cases/sand_hourglass/case.yaml": ("bodies.py", r"\bSand\(", "gs.materials.MPM.Sand("),
 }
 """Case -> file of its program, what to replace there to have the engine's default, and by what."""
 LOOP = """

@@ -231,11 +231,8 @@ def test_the_bodies_of_a_measure_or_event_are_those_of_its_lists_too():
     assert named_bodies({"kind": "energy"}) == named_bodies(None) == ()
 
 
-@pytest.mark.parametrize(("each", "traced"), [(2, 12), (13, 10), (18, 8), (25, 3)])
-def test_frames_that_are_about_to_be_enough_are_waited_for(
-    monkeypatch: pytest.MonkeyPatch, each: int, traced: int
-) -> None:
-    """A first frame of 30 s more than the others, as a background takes on a busy machine, and an engine of 60 s."""
+def traced_frames(monkeypatch: pytest.MonkeyPatch, first: dict[str, float], each: float, more: float) -> int:
+    """The number of frames, of 12, that are traced in 90 s and `more`, each after the first in the same time [s]."""
     now, done = 0.0, list[int]()
     monkeypatch.setattr(pictures, "monotonic", lambda: now)
 
@@ -243,32 +240,28 @@ def test_frames_that_are_about_to_be_enough_are_waited_for(
         nonlocal now
         for k in reel:
             if k not in done and now <= until:
-                seconds = {"trace": each, "background": 0 if done else 30}
+                seconds = {"trace": each} if done else first
                 now += sum(seconds.values())
                 done.append(k)
                 tell(SimpleNamespace(done=len(done), seconds=seconds))
 
     filming: Any = SimpleNamespace(render=render)
     reel: Any = list(range(12))
-    pictures._trace(filming, reel, FEWEST_TRACED, 90.0, 60.0)
-    assert len(done) == traced
+    pictures._trace(filming, reel, FEWEST_TRACED, 90.0, more)
+    return len(done)
+
+
+@pytest.mark.parametrize(("each", "traced"), [(2, 12), (13, 10), (18, 8), (25, 3)])
+def test_frames_that_are_about_to_be_enough_are_waited_for(
+    monkeypatch: pytest.MonkeyPatch, each: int, traced: int
+) -> None:
+    """A first frame of 30 s more than the others, as a background takes on a busy machine, and an engine of 60 s."""
+    assert traced_frames(monkeypatch, {"trace": each, "background": 30}, each, 60.0) == traced
 
 
 def test_a_slow_first_frame_does_not_decide_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """On a busy machine the tracer takes 95 s for its first frame, most of which compiles its kernels."""
-    now, done = 0.0, list[int]()
-    monkeypatch.setattr(pictures, "monotonic", lambda: now)
-
-    def render(reel: list[int], tell: Any, until: float) -> None:
-        nonlocal now
-        for k in reel:
-            if k not in done and now <= until:
-                now += 20 if done else 95
-                done.append(k)
-                tell(SimpleNamespace(done=len(done), seconds={"trace": 20 if done[1:] else 95}))
-
-    pictures._trace(SimpleNamespace(render=render), list(range(12)), FEWEST_TRACED, 90.0, 100.0)  # type: ignore[arg-type]
-    assert len(done) >= FEWEST_TRACED
+    assert traced_frames(monkeypatch, {"trace": 95}, 20, 100.0) >= FEWEST_TRACED
 
 
 def test_what_is_reached_comes_before_what_only_stays_within_bounds() -> None:

@@ -24,10 +24,7 @@ SOMETIMES = (
     "bending.py",
     "elastic_sheets.py",
     "corotated.py",
-    "plastic.py",
-    "sand.py",
-    "snow.py",
-    "stretches.py",
+    "damp_sand.py",
     "viscous_liquid.py",
     "solid_walls.py",
     "grid_step.py",
@@ -123,12 +120,12 @@ def test_bending_of_sheets_that_ask_for_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("cohesion", ["500 * i", "500 - 500 * i"])
-def test_all_copies_of_sand_have_a_cohesion_if_one_has(tmp_path: Path, cohesion: str) -> None:
+def test_all_copies_of_damp_sand_have_its_law(tmp_path: Path, cohesion: str) -> None:
     compile_case(load_case(write(tmp_path, SANDS % cohesion)), tmp_path / "program")
     bodies = (tmp_path / "program" / "bodies.py").read_text()
-    assert "from sand import Sand" in bodies
-    assert "(0.0, " in bodies and "cohesion=cohesion" in bodies, bodies
-    assert (tmp_path / "program" / "sand.py").is_file() and (tmp_path / "program" / "stretches.py").is_file()
+    assert "material=DampSand(" in bodies
+    assert "MPM.Sand" not in bodies
+    assert (tmp_path / "program" / "damp_sand.py").is_file()
 
 
 TOFU = """\
@@ -197,11 +194,11 @@ bodies:
 def test_plastic_solids_with_a_viscosity_know_their_substep(tmp_path: Path) -> None:
     compile_case(load_case(write(tmp_path, FOAM)), tmp_path / "program")
     bodies = (tmp_path / "program" / "bodies.py").read_text()
-    assert "from plastic import Viscoplastic" in bodies
+    assert "from viscoplastic import Viscoplastic" in bodies
     assert "from scene import DT" in bodies
     assert "substep=DT / " in bodies
-    assert " Plastic" not in bodies, "all copies are of one class"
-    assert (tmp_path / "program" / "plastic.py").exists()
+    assert "MPM.ElastoPlastic" not in bodies, "all copies are of one class"
+    assert (tmp_path / "program" / "viscoplastic.py").exists()
 
 
 def test_same_case_same_bytes(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from program_modules import load_module
 
+from tests.compiler.test_soft_settings import SHEET, pbd, resolve
 from text2sim.compiler.build import plan_case
 from text2sim.compiler.emit import emit
 from text2sim.compiler.soft.control_checks import MOVED_BY_FIELDS
@@ -341,3 +342,22 @@ actions: {controls: {go: {kind: initial_velocity, body: water, linear: [1, 0, 0]
 """
     with pytest.raises(SpecError, match="its shape has the `speed` and `direction`"):
         plan_case(load_text(text))
+
+
+def test_a_line_takes_its_cloth_as_far_as_a_motor_takes_the_line() -> None:
+    bodies = f"""  a: {SHEET}
+  line: {{kind: rope, along: [[0, 0, 0.5], [0, 0, 0.7]], segments: 4, radius: 0.005}}
+  runner:
+    kind: rigid
+    shape: {{kind: sphere, radius: 0.02}}
+    pose: {{pos: [0, 0, 0.75]}}
+    mount: {{kind: slider, axis: z, actuator: {{stiffness: 100, damping: 10}}}}"""
+    hitch = ", hitch: {kind: attach, body: runner, to: line.link_3}"
+    pull = ", pull: {kind: drive, joint: runner, position: {kind: ramp, start: 0, end: 1, to: 1.5}}"
+
+    def high(to: str, more: str) -> float:
+        sewn = f"sewn: {{kind: attach, body: a, region: {{edge: back}}, to: {to}}}"
+        return pbd(resolve(bodies, actions=f"actions: {{controls: {{{sewn}{more}}}}}")).high[2]
+
+    assert high("line.link_0", hitch + pull) == high("runner", pull) > high("line.link_0", pull) + 1.5
+    assert high("line.link_0", pull) == high("line.link_0", hitch), "tied to nothing, or to what stands still"

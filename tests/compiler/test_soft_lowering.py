@@ -59,7 +59,7 @@ def test_a_plastic_solid_with_a_viscosity_is_of_our_own_class() -> None:
     stuff = "model: elasto_plastic, yield_stress: 300.0"
     plain = entity(f"  a: {{kind: soft, {BOX}, material: {{{stuff}}}}}")
     slow = entity(f"  a: {{kind: soft, {BOX}, material: {{{stuff}, viscosity: 20}}}}")
-    assert (plain.material, slow.material) == ("Plastic", "Viscoplastic")
+    assert (plain.material, slow.material) == ("MPM.ElastoPlastic", "Viscoplastic")
     assert slow.material_options == plain.material_options | {"viscosity": 20.0}
     with pytest.raises(SpecError, match="viscosity needs model elasto_plastic \\(got elastic\\)"):
         entity(f"  a: {{kind: soft, {BOX}, material: {{viscosity: 20}}}}")
@@ -100,7 +100,7 @@ def test_cloth_and_grains() -> None:
     assert one.material_options["rho"] == 0.25
     assert one.material_options["static_friction"] == one.material_options["kinetic_friction"] == 0.4
     one = entity("  a: {kind: granular, shape: {kind: cylinder, radius: 0.1, height: 0.2}}")
-    assert (one.material, one.morph, one.options) == ("Sand", "Cylinder", {"radius": 0.1, "height": 0.2})
+    assert (one.material, one.morph, one.options) == ("MPM.Sand", "Cylinder", {"radius": 0.1, "height": 0.2})
     assert one.material_options["friction_angle"] == 35.0
     assert entity("  a: {kind: snow, shape: {kind: sphere, radius: 0.1}}").material_options["yield_lower"] == 0.025
 

@@ -221,25 +221,6 @@ def test_bounds_follow_what_throws_carries_and_pushes() -> None:
     assert after.low[0] == pytest.approx(before.low[0] - 4, abs=0.1), "as far as it is driven, up to its stop"
 
 
-def test_a_line_takes_its_cloth_as_far_as_a_motor_takes_the_line() -> None:
-    bodies = f"""  a: {SHEET}
-  line: {{kind: rope, along: [[0, 0, 0.5], [0, 0, 0.7]], segments: 4, radius: 0.005}}
-  runner:
-    kind: rigid
-    shape: {{kind: sphere, radius: 0.02}}
-    pose: {{pos: [0, 0, 0.75]}}
-    mount: {{kind: slider, axis: z, actuator: {{stiffness: 100, damping: 10}}}}"""
-    hitch = ", hitch: {kind: attach, body: runner, to: line.link_3}"
-    pull = ", pull: {kind: drive, joint: runner, position: {kind: ramp, start: 0, end: 1, to: 1.5}}"
-
-    def high(to: str, more: str) -> float:
-        sewn = f"sewn: {{kind: attach, body: a, region: {{edge: back}}, to: {to}}}"
-        return pbd(resolve(bodies, actions=f"actions: {{controls: {{{sewn}{more}}}}}")).high[2]
-
-    assert high("line.link_0", hitch + pull) == high("runner", pull) > high("line.link_0", pull) + 1.5
-    assert high("line.link_0", pull) == high("line.link_0", hitch), "tied to nothing, or to what stands still"
-
-
 @pytest.mark.parametrize(("mount", "far"), [("{kind: fixed}", 0.0), ("{kind: free}", 2.0)])
 def test_a_sail_takes_along_what_is_free(mount: str, far: float) -> None:
     """It is blown to the other side, 2 sqrt(0.4^2 + 0.2^2) m at most; a free boat goes on, and is followed for 2 m."""

@@ -18,25 +18,13 @@ import quadrants as qd
 
 gs.init(backend=gs.cpu, precision="64", logging_level="error")
 from corotated import Corotated
-from plastic import Plastic
-from sand import Sand
-from snow import Snow
-from tearing_solid import TORN, TearingSolid
 from viscous_liquid import ViscousLiquid
 
 engine = gs.materials.MPM
 E = dict(E=3e4, nu=0.3)
 PAIRS = {
     "corotated": (engine.Elastic(**E), Corotated(**E), 1.0, 1.0),
-    "plastic": (engine.ElastoPlastic(**E, von_mises_yield_stress=3e3), Plastic(**E, von_mises_yield_stress=3e3), 1.0, 1.0),
-    "sand": (engine.Sand(**E), Sand(**E), 0.01, 0.01),
-    "snow": (engine.Snow(**E), Snow(**E), 0.9, 0.9),
     "viscous": (engine.Liquid(**E, viscous=True), ViscousLiquid(**E, viscous=True, viscosity=3e4 / 2.6, substep=1.0), 1.0, 1.0),
-    "whole": (engine.Elastic(**E), TearingSolid(**E, tear_stretch=1e9), 1.0, 1.0),
-    "whole, neo-Hookean": (
-        engine.Elastic(**E, model="neohooken"), TearingSolid(**E, tear_stretch=1e9, model="neohooken"), 1.0, 1.0
-    ),
-    "torn": (engine.Sand(**E, friction_angle=30.0), TearingSolid(**E, tear_stretch=1.1), 0.0, TORN),
 }
 
 @qd.data_oriented
@@ -65,7 +53,7 @@ class Laws:
 
 F = np.load(sys.argv[1])
 for name, (theirs, ours, first, second) in PAIRS.items():
-    assert theirs.needs_svd == (name != "whole, neo-Hookean") and not ours.needs_svd
+    assert theirs.needs_svd and not ours.needs_svd
     laws = Laws(theirs, ours, len(F))
     laws.F.from_numpy(F)
     laws.compare(first, second)
@@ -78,9 +66,7 @@ assert one != other
 mend()
 assert one == other and one != softer and one != engine.Elastic(**E)
 """
-UNDEFINED = ("viscous", "whole, neo-Hookean")
-"""Laws of the engine with a root or logarithm of the volume, which is negative for what is inside out."""
-LAWS = ("corotated", "plastic", "sand", "snow", "viscous", "whole", "whole, neo-Hookean", "torn")
+LAWS = ("corotated", "viscous")
 
 
 def gradients() -> np.ndarray:
@@ -122,5 +108,5 @@ def test_a_law_gives_the_gradients_and_stresses_of_the_engine(compared, law):
         theirs, ours = found[key][:, sound]
         scale = np.maximum(1.0, np.abs(theirs).max(axis=tuple(range(1, theirs.ndim)), keepdims=True))
         assert np.abs((ours - theirs) / scale).max() < 2e-6, key
-        if law not in UNDEFINED:
+        if law != "viscous":  # whose volume has a root
             assert np.isfinite(found[key][1]).all(), key

@@ -18,14 +18,14 @@ import numpy as np
 import quadrants as qd
 
 gs.init(backend=gs.cpu, precision="64", logging_level="error")
-from plastic import Viscoplastic
+from viscoplastic import Viscoplastic
 
 @qd.data_oriented
 class Point:
     def __init__(self, viscosity, substep):
         self.law = Viscoplastic(E=3e4, nu=0.499999, von_mises_yield_stress=300.0, viscosity=viscosity, substep=substep)
         self.substep = substep
-        self.F = qd.Matrix.field(3, 3, dtype=gs.qd_float, shape=())
+        self.F, self.S = (qd.Matrix.field(3, 3, dtype=gs.qd_float, shape=()) for _ in "FS")
         self.F.from_numpy(np.eye(3))
 
     @qd.kernel
@@ -35,12 +35,14 @@ class Point:
                 L = qd.Matrix.zero(gs.qd_float, 3, 3)
                 L[0, 1] = rate
                 F = self.F[None] + self.substep * L @ self.F[None]
-                new, stress, Jp = self.law._update_plastic(F.determinant(), F, F, F, F, gs.qd_float(1.0))
-                self.F[None] = new
+                U, S, V = qd.svd(F, gs.qd_float)
+                F, S, Jp = self.law._update_viscoplastic(S.determinant(), F, U, S, V, gs.qd_float(1.0))
+                self.F[None] = F
+                self.S[None] = S
 
     def stress(self, rate, seconds):
         self.flow(rate, round(seconds / self.substep))
-        strain = np.log(np.linalg.svd(self.F.to_numpy(), compute_uv=False))
+        strain = np.log(np.diag(self.S.to_numpy()))
         return 2 * self.law.mu * np.linalg.norm(strain - strain.mean())
 
 thick, thin = Point(100.0, 1e-4), Point(1.0, 1e-3)

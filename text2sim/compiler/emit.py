@@ -39,12 +39,10 @@ UNRECORDED = ("mass", "bending", "elastic", "gas", "damping", "stream", "adhesio
 FROM_FILE = ("MJCF", "URDF", "Mesh")
 """Morphs that read a file of the program."""
 OWN_MATERIALS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
-    "TearingSolid": (("tearing_solid.py", "stretches.py"), {"tear_stretch": Code("float('inf')")}),
+    "TearingSolid": (("tearing_solid.py",), {"tear_stretch": Code("float('inf')")}),
     "Corotated": (("corotated.py",), {}),
-    "Viscoplastic": (("plastic.py", "stretches.py"), {"viscosity": 0.0}),
-    "Plastic": (("plastic.py", "stretches.py"), {}),
-    "Sand": (("sand.py", "stretches.py"), {"cohesion": 0.0}),
-    "Snow": (("snow.py", "stretches.py"), {}),
+    "DampSand": (("damp_sand.py",), {"cohesion": 0.0}),
+    "Viscoplastic": (("viscoplastic.py",), {"viscosity": 0.0}),
     "ViscousLiquid": (("viscous_liquid.py", "corotated.py"), {"viscosity": 0.0}),
 }
 """Materials of our own: their modules, and what their own properties are in a copy without. If copies of a body differ,

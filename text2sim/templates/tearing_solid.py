@@ -8,12 +8,9 @@ import numpy as np
 import quadrants as qd
 from genesis.utils.misc import qd_to_numpy
 from recorder import Recorder
-from stretches import corotated_stress, principal, restretched, tensor_along
 
 FRICTION_ANGLE = math.radians(30.0)
 """Angle of friction of what has torn."""
-MIN_STRETCH = 1e-4
-"""Smallest stretch of what has torn, as in the engine's sand."""
 TORN = 2.0
 """Jp of a particle that has just torn: 1 is the engine's for one that has not. What it exceeds `TORN` by is how far the
 particle has loosened since."""
@@ -39,22 +36,19 @@ class TearingSolid(gs.materials.MPM.Elastic):
         super().model_post_init(context)
         sine = math.sin(FRICTION_ANGLE)
         self.alpha = math.sqrt(2 / 3) * 2 * sine / (3 - sine)  # as in `MPM.Sand`
-        self.update_F_S_Jp, self.update_stress, self.needs_svd = self._update_tearing, self._hand_on_stress, False
+        self.needs_svd = True
+        self.update_F_S_Jp, self.update_stress = self._update_tearing, self._update_stress_tearing
 
     @qd.func
     def _update_tearing(self, J, F_tmp, U, S, V, Jp):
-        F_new, Jp_new = F_tmp, Jp
-        axes, stretches = principal(F_tmp)
-        stress = corotated_stress(axes, stretches, self.mu, self.lam, J)
-        if qd.static(self.model == "neohooken"):
-            stress = self._update_stress_neohooken(U, S, V, F_tmp, F_new, J, Jp, 0.0, 0.0)
-        if Jp < TORN and max(stretches[0], stretches[1], stretches[2]) > self.tear_stretch:
+        F_new, S_new, Jp_new = F_tmp, S, Jp
+        if Jp < TORN and max(S[0, 0], S[1, 1], S[2, 2]) > self.tear_stretch:
             Jp_new = gs.qd_float(TORN)
         if Jp_new >= TORN:
-            strain, kept = qd.Vector.zero(gs.qd_float, 3), qd.Vector.zero(gs.qd_float, 3)
-            values = qd.Vector.zero(gs.qd_float, 3)
+            strain = qd.Vector.zero(gs.qd_float, 3)
+            S_new = qd.Matrix.identity(gs.qd_float, 3)
             for i in qd.static(range(3)):
-                strain[i] = qd.log(max(abs(stretches[i]), MIN_STRETCH))
+                strain[i] = qd.log(max(abs(S[i, i]), 1e-4))
             trace = strain.sum() + Jp_new - TORN
             deviator = strain - trace / 3
             size = deviator.norm(gs.EPS)
@@ -63,16 +57,26 @@ class TearingSolid(gs.materials.MPM.Elastic):
             else:
                 Jp_new = TORN
                 limit = -(3 * self.lam + 2 * self.mu) / (2 * self.mu) * trace * self.alpha
-                kept = strain - max(0.0, size - limit) / size * deviator
-            F_new = restretched(F_tmp, axes, stretches, qd.exp(kept))
-            for i in qd.static(range(3)):  # Hencky's law, as for sand: both laws agree for small strains
-                values[i] = 2.0 * self.mu * kept[i] + self.lam * kept.sum()
-            stress = tensor_along(axes, values)
-        return F_new, stress, Jp_new
+                for i in qd.static(range(3)):
+                    S_new[i, i] = qd.exp(strain[i] - max(0.0, size - limit) / size * deviator[i])
+            F_new = U @ S_new @ V.transpose()
+        return F_new, S_new, Jp_new
 
     @qd.func
-    def _hand_on_stress(self, U, S, V, F_tmp, F_new, J, Jp, actu, m_dir):
-        return S
+    def _update_stress_tearing(self, U, S, V, F_tmp, F_new, J, Jp, actu, m_dir):
+        stress = qd.Matrix.zero(gs.qd_float, 3, 3)
+        if Jp < TORN:
+            if qd.static(self.model == "corotation"):
+                stress = self._update_stress_corotation(U, S, V, F_tmp, F_new, J, Jp, actu, m_dir)
+            else:
+                stress = self._update_stress_neohooken(U, S, V, F_tmp, F_new, J, Jp, actu, m_dir)
+        else:  # Hencky's law, as for sand: both laws agree for small strains
+            volume = qd.log(S[0, 0] * S[1, 1] * S[2, 2])
+            center = qd.Matrix.zero(gs.qd_float, 3, 3)
+            for i in qd.static(range(3)):
+                center[i, i] = (2.0 * self.mu * qd.log(S[i, i]) + self.lam * volume) / S[i, i]
+            stress = U @ center @ V.transpose() @ F_new.transpose()
+        return stress
 
 
 class TearRecorder(Recorder):

@@ -105,7 +105,16 @@ def carry(
     h: qd.f32,
     links: LinksState,
 ):
-    """Place particles where their holders are; `local` are their places in the frames of these [m], (n, 3)."""
+    """Place particles where their holders are, with the velocities of these.
+
+    Args:
+        particles: The solver's particles.
+        numbers: Numbers of those that are held, (n,).
+        holders: Numbers of the links that hold them, (n,).
+        local: Their places in the frames of these [m], (n, 3).
+        h: Substep [s].
+        links: State of the links.
+    """
     for k in range(numbers.shape[0]):
         at = _anchor(holders[k], local[k, 0], local[k, 1], local[k, 2], links)
         speed = func_vel_at_point(holders[k], 0, at, links)

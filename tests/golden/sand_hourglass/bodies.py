@@ -5,7 +5,6 @@ from pathlib import Path
 import genesis as gs
 from filling import weigh
 from grid_step import skip_far
-from sand import Sand
 from solid_walls import keep_out
 
 HERE = Path(__file__).resolve().parent
@@ -33,7 +32,7 @@ def add_sand(scene):
         # case.yaml:39
         "sand": scene.add_entity(
             gs.morphs.Cylinder(radius=0.085, height=0.14, pos=(0.0, 0.0, 0.47)),
-            material=Sand(E=500000.0, nu=0.2, rho=1600.0, friction_angle=35.0),
+            material=gs.materials.MPM.Sand(E=500000.0, nu=0.2, rho=1600.0, friction_angle=35.0),
             surface=gs.surfaces.Default(
                 color=(0.8627, 0.702, 0.4039, 1.0), roughness=1.0, metallic=0.0, vis_mode="particle"
             ),

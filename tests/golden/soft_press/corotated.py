@@ -5,11 +5,11 @@ from typing import Any
 import genesis as gs
 import quadrants as qd
 
-LEAST = 0.02
+MIN_VOLUME_RATIO = 0.02
 """Ratio of volumes below which, as for what is inside out, the decomposition is used after all."""
-CLOSE = 1e-10
+TOLERANCE = 1e-10
 """Square of the last step at which the iteration ends; its error is about as large as the square of that step."""
-MOST = 15
+MAX_ITERATIONS = 15
 """Largest number of steps. A stretch s takes `log2(s)` of them, and four more."""
 
 
@@ -17,14 +17,14 @@ MOST = 15
 def rotation(gradient):
     """Return the rotation of a deformation gradient F, the factor R of its polar decomposition, (3, 3).
 
-    Newton's iteration `R <- (R + R^-T) / 2` from `R = F` (Higham, Computing the polar decomposition, 1986). It takes a
-    tenth of the time of the engine's decomposition.
+    Newton's iteration `R <- (R + R^-T) / 2` from `R = F` (Higham, Computing the polar decomposition, 1986). It takes
+    much less time than the engine's decomposition.
     """
     result = gradient
-    if gradient.determinant() > LEAST:
+    if gradient.determinant() > MIN_VOLUME_RATIO:
         moved = gs.qd_float(1.0)
-        for _ in range(MOST):
-            if moved > CLOSE:
+        for _ in range(MAX_ITERATIONS):
+            if moved > TOLERANCE:
                 a, b, c = result[0, :], result[1, :], result[2, :]
                 cofactors = qd.Matrix.rows([b.cross(c), c.cross(a), a.cross(b)])
                 step = 0.5 * (cofactors / result.determinant() - result)

@@ -6,8 +6,6 @@ import genesis as gs
 from filling import weigh
 from grid_step import skip_far
 from liquid_volume import keep_volume
-from sand import Sand
-from snow import Snow
 from solid_walls import keep_out
 
 HERE = Path(__file__).resolve().parent
@@ -45,7 +43,7 @@ def add_sand(scene):
         # case.yaml:13
         "sand": scene.add_entity(
             gs.morphs.Cylinder(radius=0.05, height=0.1, pos=(-0.3, 0.0, 0.16)),
-            material=Sand(E=500000.0, nu=0.2, rho=1600.0, friction_angle=30.0),
+            material=gs.materials.MPM.Sand(E=500000.0, nu=0.2, rho=1600.0, friction_angle=30.0),
             surface=gs.surfaces.Default(
                 color=(0.7843, 0.6627, 0.4157, 1.0), roughness=0.9, metallic=0.0, vis_mode="particle"
             ),
@@ -78,7 +76,7 @@ def add_snow(scene):
                 file=str(HERE / "models/snow.obj"),
                 pos=(0.3, 0.0, 0.16),
             ),
-            material=Snow(E=500000.0, nu=0.2, rho=300.0, yield_lower=0.025, yield_higher=0.0045),
+            material=gs.materials.MPM.Snow(E=500000.0, nu=0.2, rho=300.0, yield_lower=0.025, yield_higher=0.0045),
             surface=gs.surfaces.Default(
                 color=(0.9451, 0.9569, 0.9686, 1.0), roughness=0.9, metallic=0.0, vis_mode="particle"
             ),

@@ -6,7 +6,6 @@ import genesis as gs
 from corotated import Corotated
 from filling import weigh
 from grid_step import skip_far
-from plastic import Plastic
 
 HERE = Path(__file__).resolve().parent
 
@@ -84,7 +83,7 @@ def add_lump(scene):
                 file=str(HERE / "models/lump.obj"),
                 pos=(0.0, 0.15, 0.3),
             ),
-            material=Plastic(E=100000.0, nu=0.3, rho=1000.0, von_mises_yield_stress=1632.99),
+            material=gs.materials.MPM.ElastoPlastic(E=100000.0, nu=0.3, rho=1000.0, von_mises_yield_stress=1632.99),
             surface=gs.surfaces.Default(
                 color=(0.8353, 0.3686, 0.0, 1.0), roughness=0.9, metallic=0.0, vis_mode="particle"
             ),

@@ -79,7 +79,7 @@ def _mpm_soft(model: Soft) -> Made:
         values["von_mises_yield_stress"] = float(f"{limit:.6g}")
         if material.viscosity:
             return "Viscoplastic", values | {"viscosity": material.viscosity}
-        return "Plastic", values
+        return "MPM.ElastoPlastic", values
     if material.model == "neo_hookean":
         values["model"] = "neohooken"
     if material.tear_stretch is not None:
@@ -119,7 +119,7 @@ def _pbd_cloth(model: Cloth) -> Made:
 def _granular(model: Granular) -> Made:
     values = _elastic(model.material) | {"friction_angle": model.material.friction_angle_deg}
     cohesion = model.material.cohesion
-    return "Sand", values | ({"cohesion": cohesion} if cohesion else {})
+    return ("DampSand", values | {"cohesion": cohesion}) if cohesion else ("MPM.Sand", values)
 
 
 def _liquid(model: Liquid) -> Made:
@@ -134,7 +134,7 @@ def _liquid(model: Liquid) -> Made:
 
 def _snow(model: Snow) -> Made:
     material = model.material
-    return "Snow", _elastic(material) | {"yield_lower": material.crush, "yield_higher": material.crumble}
+    return "MPM.Snow", _elastic(material) | {"yield_lower": material.crush, "yield_higher": material.crumble}
 
 
 _MATERIALS: dict[tuple[str, str], Callable[[Any], Made]] = {
