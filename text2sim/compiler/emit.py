@@ -285,11 +285,9 @@ def _group(group: Group, substeps: int) -> dict[str, Any]:
     """Return what a group's template prints: constant cells as they are, varying cells as columns of a table."""
     own = _own_material(group)
     if own is not None:
-        used = {name for entity in group.entities for name in entity.material_options}
-        without = {name: value for name, value in OWN_MATERIALS[own][1].items() if name in used}
-        if own in RATE_DEPENDENT:
-            without["substep"] = Code(f"DT / {substeps}")
-        group = replace(group, entities=tuple(_of_class(own, entity, without) for entity in group.entities))
+        without = OWN_MATERIALS[own][1] | ({"substep": Code(f"DT / {substeps}")} if own in RATE_DEPENDENT else {})
+        alike = (replace(one, material=own, material_options=without | one.material_options) for one in group.entities)
+        group = replace(group, entities=tuple(alike))
     first = group.entities[0]
     turned = any(tuple(entity.quat) != IDENTITY for entity in group.entities)
     rows = [_cells(entity, turned=turned) for entity in group.entities]
@@ -324,10 +322,6 @@ def _group(group: Group, substeps: int) -> dict[str, Any]:
 def _own_material(group: Group) -> str | None:
     materials = {entity.material for entity in group.entities}
     return next((name for name in OWN_MATERIALS if name in materials), None)
-
-
-def _of_class(own: str, entity: EntityPlan, without: dict[str, Any]) -> EntityPlan:
-    return replace(entity, material=own, material_options=without | entity.material_options)
 
 
 def _material_keys(entity: EntityPlan) -> list[str]:

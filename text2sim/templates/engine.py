@@ -171,8 +171,8 @@ def _mend_many_sweeps() -> None:
 def _mend_equal_materials() -> None:
     """Compiles the law of an mpm material once, however many bodies are of it.
 
-    Genesis 1.4.5 looks for an equal material, but none is, for each has methods of its own: eight copies of a body took
-    40 s longer to compile.
+    Genesis 1.4.5 looks for an equal material, but none is, for each has methods of its own: a kernel contained the law
+    of each copy of a body.
     """
     MPMMaterial.__eq__ = lambda one, other: type(one) is type(other) and one.model_dump() == other.model_dump()
 

@@ -213,7 +213,7 @@ class _Placed:
 
 
 class _Placing:
-    """Places the particles of many holds at once: the engine's own calls take a millisecond for each hold."""
+    """Places the particles of many holds with one kernel, since calls of the engine for each hold add up."""
 
     def __init__(self, holds):
         self.holds, self.counts, self.carried, self.fixed = holds, [], None, None
