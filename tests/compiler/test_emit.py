@@ -25,6 +25,7 @@ SOMETIMES = (
     "elastic_sheets.py",
     "corotated.py",
     "damp_sand.py",
+    "hardening_snow.py",
     "viscous_liquid.py",
     "solid_walls.py",
     "grid_step.py",

@@ -15,6 +15,7 @@ from text2sim import __version__
 from text2sim.compiler.emit_actions import TEMPLATES, action_context, copied_actions
 from text2sim.compiler.literal import Code, comment, identifier, literal
 from text2sim.compiler.plan import EntityPlan, Group, Plan, Surface
+from text2sim.compiler.settings import Settings
 from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.soft.setup import SoftSettings
 from text2sim.compiler.soft.solvers import holds_up
@@ -42,6 +43,7 @@ OWN_MATERIALS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "TearingSolid": (("tearing_solid.py",), {"tear_stretch": Code("float('inf')")}),
     "Corotated": (("corotated.py",), {}),
     "DampSand": (("damp_sand.py",), {"cohesion": 0.0}),
+    "HardeningSnow": (("hardening_snow.py",), {}),
     "Viscoplastic": (("viscoplastic.py",), {"viscosity": 0.0}),
     "ViscousLiquid": (("viscous_liquid.py", "corotated.py"), {"viscosity": 0.0}),
 }
@@ -50,7 +52,7 @@ all are of the first of their materials."""
 KEPT_OUT_EVERY = 1.25e-3
 """Time [s] after which what flows is moved out of walls again, and compared with the room that it has; or a quarter of
 a step, if that is longer."""
-RATE_DEPENDENT = {"Viscoplastic", "ViscousLiquid"}
+RATE_DEPENDENT = {"HardeningSnow", "Viscoplastic", "ViscousLiquid"}
 """Those of them that need to know the substep."""
 
 # Roughness and metallic of the engine's surfaces; its rasteriser shows little of the difference.
@@ -227,8 +229,8 @@ def _context(plan: Plan) -> dict[str, Any]:
             | ({} if facts.stream is None else {"stream": Code(f"STREAMS[{literal(name)}]")})
             for name, facts in plan.deformables.items()
         },
-        "statics": [_group(group, settings.substeps) for group in plan.statics],
-        "bodies": [_group(group, settings.substeps) for group in plan.bodies],
+        "statics": [_group(group, settings) for group in plan.statics],
+        "bodies": [_group(group, settings) for group in plan.bodies],
         "uses_models": any(entity.morph in FROM_FILE for entity in plan.entities),
         "statics_use_models": any(e.morph in FROM_FILE for g in plan.statics for e in g.entities),
         "unpowered": list(plan.unpowered),
@@ -281,11 +283,15 @@ def _reasons(soft: SoftSettings | None) -> dict[str, Code]:
     }
 
 
-def _group(group: Group, substeps: int) -> dict[str, Any]:
+def _group(group: Group, settings: Settings) -> dict[str, Any]:
     """Return what a group's template prints: constant cells as they are, varying cells as columns of a table."""
     own = _own_material(group)
     if own is not None:
-        without = OWN_MATERIALS[own][1] | ({"substep": Code(f"DT / {substeps}")} if own in RATE_DEPENDENT else {})
+        without = dict(OWN_MATERIALS[own][1])
+        if own in RATE_DEPENDENT:
+            without["substep"] = Code(f"DT / {settings.substeps}")
+        if own == "HardeningSnow" and settings.soft and settings.soft.mpm:
+            without["cell"] = settings.soft.mpm.cell
         alike = (replace(one, material=own, material_options=without | one.material_options) for one in group.entities)
         group = replace(group, entities=tuple(alike))
     first = group.entities[0]

@@ -5,7 +5,9 @@ from pathlib import Path
 import genesis as gs
 from filling import weigh
 from grid_step import skip_far
+from hardening_snow import HardeningSnow
 from liquid_volume import keep_volume
+from scene import DT
 from solid_walls import keep_out
 
 HERE = Path(__file__).resolve().parent
@@ -76,7 +78,9 @@ def add_snow(scene):
                 file=str(HERE / "models/snow.obj"),
                 pos=(0.3, 0.0, 0.16),
             ),
-            material=gs.materials.MPM.Snow(E=500000.0, nu=0.2, rho=300.0, yield_lower=0.025, yield_higher=0.0045),
+            material=HardeningSnow(
+                substep=DT / 142, cell=0.01, E=500000.0, nu=0.2, rho=300.0, yield_lower=0.025, yield_higher=0.0045
+            ),
             surface=gs.surfaces.Default(
                 color=(0.9451, 0.9569, 0.9686, 1.0), roughness=0.9, metallic=0.0, vis_mode="particle"
             ),

@@ -134,7 +134,7 @@ def _liquid(model: Liquid) -> Made:
 
 def _snow(model: Snow) -> Made:
     material = model.material
-    return "MPM.Snow", _elastic(material) | {"yield_lower": material.crush, "yield_higher": material.crumble}
+    return "HardeningSnow", _elastic(material) | {"yield_lower": material.crush, "yield_higher": material.crumble}
 
 
 _MATERIALS: dict[tuple[str, str], Callable[[Any], Made]] = {
