@@ -4,7 +4,7 @@
 
 A file of tests is concerned if it, or something in its folder that is not a test, was changed since the revision, or
 something in a folder of the package that it is about. Of the other files every fifth is taken, another fifth after the
-next commit. Files that were changed come first, then what is concerned, then the share. What would begin after so many
+next commit. A test with the mark `about(FOLDER)` counts like a file of its own, which that folder concerns. Files that were changed come first, then what is concerned, then the share. What would begin after so many
 minutes is skipped, and said so; so is a test that may take longer than the usual timeout.
 """
 
@@ -64,10 +64,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     files = {ROOT / path for path in changed}
     kept, left = [], []
     for item in items:
-        name = item.path.relative_to(ROOT).as_posix()
+        name, about = item.path.relative_to(ROOT).as_posix(), item.get_closest_marker("about")
         inside = item.path.parent.relative_to(ROOT / "tests")
         around = {"" if folder == Path() else folder.as_posix() for folder in (inside, *inside.parents[:-1])}
-        if item.path in files:
+        if about is not None:
+            name = about.args[0]
+        if item.path in files or any(ROOT / name in path.parents for path in files):
             kept.append((0, item))
         elif around & folders:
             kept.append((1, item))

@@ -38,7 +38,7 @@ def test_what_changed_comes_first_then_what_it_concerns_then_the_share(monkeypat
     told = {"diff": "text2sim/exchange/scene.py\ntests/physics/test_mass.py\n", "rev-list": "7"}
     monkeypatch.setattr(selection, "_git", lambda command, *rest: told[command])
     names = ["agents/test_loop.py", "exchange/test_gltf.py", "physics/test_mass.py", "physics/test_ropes.py"]
-    items = [SimpleNamespace(path=TESTS / name) for name in names]
+    items = [SimpleNamespace(path=TESTS / name, get_closest_marker=lambda name: None) for name in names]
     dropped: list[SimpleNamespace] = []
     config = SimpleNamespace(
         getoption=lambda name: "main",
@@ -48,6 +48,20 @@ def test_what_changed_comes_first_then_what_it_concerns_then_the_share(monkeypat
     selection.pytest_collection_modifyitems(config, items)  # type: ignore[arg-type]
     assert [item.path.name for item in items] == ["test_mass.py", "test_gltf.py", "test_loop.py", "test_ropes.py"]
     assert dropped == []
+
+
+def test_a_test_that_is_about_a_folder_runs_if_something_in_it_changed(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = {"diff": "cases/tumbler/case.yaml\n", "rev-list": "7"}
+    monkeypatch.setattr(selection, "_git", lambda command, *rest: told[command])
+    abouts = [pytest.mark.about(folder).mark for folder in ("cases/curtains", "cases/tumbler", "cases/tumble")]
+    items = [SimpleNamespace(path=TESTS / "cases/test_cases.py", get_closest_marker=lambda _, m=m: m) for m in abouts]
+    config = SimpleNamespace(
+        getoption=lambda name: "main",
+        option=SimpleNamespace(share=10**9),
+        hook=SimpleNamespace(pytest_deselected=lambda items: None),
+    )
+    selection.pytest_collection_modifyitems(config, items)  # type: ignore[arg-type]
+    assert [item.get_closest_marker("about").args for item in items] == [("cases/tumbler",)]
 
 
 def test_what_could_outlast_the_minutes_is_not_begun(

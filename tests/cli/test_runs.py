@@ -1,5 +1,6 @@
 """`run` and `test` on recordings that were made by hand: what they print, and their exit codes."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -47,6 +48,7 @@ def test_run_speaks_json(cli: Cli, case: Path, folder: Path):
     (run,) = answer.json["runs"]
     assert (run["state"], run["passed"], run["work"]) == ("finished", True, "unchanged")
     assert run["expect"]["falls"]["ok"] is True
+    assert run["suspicions"] == json.loads((folder / "evidence.json").read_text())["suspicions"]
     assert run["folder"] == str(folder)
 
 

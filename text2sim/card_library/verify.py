@@ -155,7 +155,7 @@ def _run(loaded: LoadedCase, *, stop: "Stop | None" = None, **options: Any) -> l
     if result.state != "finished":
         return [f"state:{result.state}"]
     missed = [f"missed:{name}" for name, row in result.expectations.items() if not row["ok"]]
-    doubts = ["suspicion"] if (result.evidence or {}).get("suspicions") else []
+    doubts = ["suspicion"] if result.suspicions else []
     return [*missed, *doubts, *(["passed"] if result.passed else [])]
 
 

@@ -40,7 +40,7 @@ def say_result(case: "Examined", result: "RunResult") -> None:
     if rows:
         _say_table(rows)
     say(f"{result.case}: {run_line(result)}")
-    for words in (result.evidence or {}).get("suspicions", []):
+    for words in result.suspicions:
         say(f"suspicious: {words}")
     if result.film is not None:
         say(f"film: {display_path(result.film)}")

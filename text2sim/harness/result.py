@@ -50,6 +50,11 @@ class RunResult:
         return (self.evidence or {}).get("expect", {})
 
     @property
+    def suspicions(self) -> list[str]:
+        """What looks wrong in the recording, whatever the expectations say: a sentence each."""
+        return (self.evidence or {}).get("suspicions", [])
+
+    @property
     def passed(self) -> bool:
         """Whether the simulation ran to its end and met all expectations."""
         return self.state == "finished" and (self.evidence or {}).get("verdict") == "passed"
@@ -88,6 +93,7 @@ class RunResult:
             "message": self.message,
             "problem": self.problem.as_dict() if self.problem else None,
             "expect": self.expectations,
+            "suspicions": self.suspicions,
             "film": str(self.film) if self.film else None,
             "film_message": self.film_message,
             "report": str(self.report) if self.report else None,

@@ -75,7 +75,7 @@ def _document(row: Examined, result: RunResult) -> dict[str, Any]:
         "passed": result.passed,
         "summary": run_line(result),
         "expect": clipped({name: expectation(found) for name, found in result.expectations.items()}),
-        "suspicions": clipped((result.evidence or {}).get("suspicions", [])),
+        "suspicions": clipped(result.suspicions),
         "film": str(result.film) if result.film else f"none: {result.film_message or 'none was requested'}",
         "warnings": clipped(problem_rows(row.problems, row.sources), 8),
     }
