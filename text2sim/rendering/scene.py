@@ -103,6 +103,7 @@ class FilmStage:
         self._stage = float(self.backdrop["radius"]) / CYCLORAMA_RADIUS
         """Radius of what the film shows [m]."""
         self._fixed: dict[str, Any] = {"type": "scene"}
+        self._kept: tuple[_Placed, FilmMoment] | None = None
         self._views = views_of(recording)
         self._floor, replaced = self._floor_look()
         hidden = replaced | offstage(recording, self._views)
@@ -165,9 +166,29 @@ class FilmStage:
             gloss: Whether the reflections of clear bodies are needed.
             metals: Whether those of the room in metals are needed.
         """
-        now = self._placed(t)
-        pos, quat = now.pos, now.quat
-        shapes: dict[str, Any] = {batch.name: batch.shape(pos, quat, t) for batch in self._rigid if not batch.is_clear}
+        now, moment = self._plain(t)
+        gloss, metals = gloss and self._is_glossy, metals and self._metal_room is not None
+        if not (gloss or metals):
+            return moment
+        mi, dark = mitsuba(), self._darkened(now)
+        if metals:
+            bright = {batch.name: batch.shape(now.pos, now.quat, t) for batch in self._rigid if batch.is_metal}
+            if self._springs is not None:
+                bright |= self._springs.shapes(t, metal_only=True)
+            mirrored = {"type": "scene", "dome": self._metal_room} | dark | bright
+            moment = replace(moment, metals=mi.load_dict(mirrored, optimize=False))
+        return self._glossed(moment, now, dark) if gloss else moment
+
+    def _plain(self, t: float) -> tuple["_Placed", FilmMoment]:
+        """Return what moves at a time [s], and the scene without gloss and metals; the last one is kept.
+
+        It goes before the next is made: kernels depend on the numbers of its shapes, which the next then takes over.
+        """
+        if self._kept is not None and self._kept[0].t == t:
+            return self._kept
+        self._kept = None
+        now, solid = self._placed(t), [batch for batch in self._rigid if not batch.is_clear]
+        shapes: dict[str, Any] = {batch.name: batch.shape(now.pos, now.quat, t) for batch in solid}
         if now.rods is not None:
             shapes["rods"] = _painted("rods", now.rods, _post_colors(now.rods))(self._post)
         if self._soft is not None:
@@ -176,22 +197,12 @@ class FilmStage:
             shapes |= self._springs.shapes(t)
         shapes |= {liquid.name: make(liquid.bsdf) for liquid, make in now.flowing if not liquid.is_clear}
         mi, liquids = mitsuba(), None
-        solid = mi.load_dict(self._fixed | shapes, optimize=False)
+        scene = mi.load_dict(self._fixed | shapes, optimize=False)
         if water := {liquid.name: make(liquid.bsdf) for liquid, make in now.flowing if liquid.is_clear}:
             backdrop = {name: self._fixed[name] for name in self._backdrop}
             liquids = mi.load_dict({"type": "scene"} | backdrop | shapes | water, optimize=False)
-        moment = FilmMoment(solid, liquids=liquids, room=None if liquids is None else self._room)
-        gloss, metals = gloss and self._is_glossy, metals and self._metal_room is not None
-        if not (gloss or metals):
-            return moment
-        dark = self._darkened(now)
-        if metals:
-            bright = {batch.name: batch.shape(pos, quat, t) for batch in self._rigid if batch.is_metal}
-            if self._springs is not None:
-                bright |= self._springs.shapes(t, metal_only=True)
-            mirrored = {"type": "scene", "dome": self._metal_room} | dark | bright
-            moment = replace(moment, metals=mi.load_dict(mirrored, optimize=False))
-        return self._glossed(moment, now, dark) if gloss else moment
+        self._kept = now, FilmMoment(scene, liquids=liquids, room=None if liquids is None else self._room)
+        return self._kept
 
     def _placed(self, t: float) -> "_Placed":
         """Return what moves at simulated time `t` [s]."""

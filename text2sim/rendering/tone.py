@@ -4,10 +4,15 @@ AgX is Troy Sobotka's; the polynomial of its curve and the matrices are Benjamin
 (https://iolite-engine.com/blog_posts/minimal_agx_implementation). ACES is Stephen Hill's fit.
 """
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.floating]
+
+ROWS = 32
+"""Rows of a picture that are developed at a time: as many as fit into a cache."""
 
 AGX_IN = np.array([
     [0.842479062253094, 0.0784335999999992, 0.0792237451477643],
@@ -38,6 +43,12 @@ def developed(radiance: Array, gain: float, tone: str) -> Array:
         gain: Factor that maps a lit white sheet to 1.
         tone: agx, aces or standard.
     """
+    with ThreadPoolExecutor() as pool:
+        parts = [radiance[k : k + ROWS] for k in range(0, len(radiance), ROWS)]
+        return np.concatenate(list(pool.map(lambda part: _developed(part, gain, tone), parts)))
+
+
+def _developed(radiance: Array, gain: float, tone: str) -> Array:
     light = np.maximum(np.nan_to_num(radiance, posinf=1e4), 0.0) * gain
     if tone == "agx":
         return _agx(light * AGX_GAIN)
