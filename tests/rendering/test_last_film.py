@@ -25,7 +25,7 @@ def test_the_time_it_takes_is_said_before_and_the_film_is_there(
     assert film.is_file()
     assert not why
     said = capsys.readouterr().err
-    assert "draft film: 2 pictures to trace, 64x36, 10 a second, 8 samples per pixel: about" in said
+    assert "draft film: 4 pictures to trace, 64x36, 10 a second, 8 samples per pixel: about" in said
     assert said.index("about") < said.index("rendering draft")
     assert (run / "render" / "legibility.json").is_file()
 

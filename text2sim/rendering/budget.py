@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from time import perf_counter
 
 from text2sim.rendering.film import Filming, Reel
-from text2sim.templates.cadence import Frame
 
 CUTS = (
     (1.0, 1.0, 1), (1.0, 1.0, 2), (0.75, 1.0, 2), (0.75, 1.5, 2),
@@ -23,6 +23,9 @@ SLOWEST = 8.0
 """Lowest frame rate of a film [1/s]."""
 OVERTIME = 1.25
 """Factor on the time budget after which no further picture is started, because the estimate is not exact."""
+MEASURED = 0.5
+"""Factor on width and height of the frames by which time is measured: pictures in full size, with all samples, would
+take a tenth of the budget on a busy machine."""
 FEWEST = 6
 """Smallest number of pictures from which an incomplete film is encoded."""
 
@@ -58,29 +61,29 @@ class FittedFilm:
 def fitted(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: float) -> FittedFilm:
     """Return the largest and smoothest film that can be traced in a given time.
 
-    Two frames are traced to measure it: the first compiles kernels. Backgrounds are counted as samples.
+    Two smaller frames are traced to measure it: the first compiles kernels. Backgrounds are counted as samples.
 
     Args:
         filming: The requested film.
         reels: Returns the reels of a film of any size.
         minutes: Time budget [min].
     """
-    first = reels(filming)[0]
+    small = filming.variant(_scaled(filming.size, MEASURED), filming.fps, filming.samples)
+    first = reels(small)[0]
     frame = first.frames[len(first.frames) // 2]
-    _, taken = _frame_seconds(filming, first.frames[0]), _frame_seconds(filming, frame)
-    tracing = (taken["trace"] + taken["gloss"]) * filming.samples / filming.samples_of(frame)
-    finishing = taken["guides"] + taken["denoise"]
-    return cut_down(
-        filming, reels, minutes, FrameTime(taken["update"], tracing, finishing, filming.traced_share(first))
-    )
+    _, traced = (small.trace(one, with_background=False) for one in (first.frames[0], frame))
+    start, taken = perf_counter(), traced.seconds
+    small.develop(traced)
+    tracing = (taken["trace"] + taken["gloss"]) * filming.samples / small.samples_of(frame)
+    finishing = taken["guides"] + taken["denoise"] + perf_counter() - start
+    pixels = MEASURED**2
+    frame_time = FrameTime(taken["update"], tracing / pixels, finishing / pixels, small.traced_share(first))
+    return cut_down(filming, reels, minutes, frame_time)
 
 
-def _frame_seconds(filming: Filming, frame: Frame) -> dict[str, float]:
-    """Return the times [s] of a frame by step; it is kept unless a background would have to be traced for it first."""
-    seconds: dict[str, float] = {}
-    if not filming.has_background(frame):
-        filming.render(Reel("", [frame]), lambda progress: seconds.update(progress.seconds))
-    return seconds or filming.trace(frame, with_background=False).seconds
+def _scaled(size: tuple[int, int], scale: float) -> tuple[int, int]:
+    width, height = (max(16, round(length * scale / 2) * 2) for length in size)
+    return width, height
 
 
 def cut_down(
@@ -100,8 +103,7 @@ def cut_down(
         fps, samples = filming.fps / every, max(fewest, filming.samples // divisor)
         if every > 1 and fps < SLOWEST:
             continue
-        size = tuple(max(16, round(length * scale / 2) * 2) for length in filming.size)
-        other = filming.variant((size[0], size[1]), fps, samples) if found else filming
+        other = filming.variant(_scaled(filming.size, scale), fps, samples) if found else filming
         cut = reels(other)
         work = other.missing(cut, frame_time.share)
         finishing, tracing = work.finished * frame_time.finishing, work.samples * frame_time.tracing / filming.samples
