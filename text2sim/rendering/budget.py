@@ -68,7 +68,7 @@ def fitted(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: fl
         reels: Returns the reels of a film of any size.
         minutes: Time budget [min].
     """
-    small = filming.variant(_scaled(filming.size, MEASURED), filming.fps, filming.samples)
+    small = filming.variant(_scaled(filming.size, MEASURED), filming.fps, max(1, filming.samples // 2))
     first = reels(small)[0]
     frame = first.frames[len(first.frames) // 2]
     _, traced = (small.trace(one, with_background=False) for one in (first.frames[0], frame))

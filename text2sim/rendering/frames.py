@@ -17,7 +17,7 @@ from text2sim.spec_schema.whole_files import replacing
 from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras
 
-DRAWING_VERSION = 62
+DRAWING_VERSION = 63
 """Version of this package's output; incremented whenever it draws the same scene differently."""
 ABANDONED = 3600.0
 """Age [s] from which an incomplete file counts as abandoned."""

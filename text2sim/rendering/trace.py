@@ -40,7 +40,8 @@ MIRRORED = 3
 ROULETTE = 3
 """Bounces before Russian roulette, which saves a third of the time in a studio with walls."""
 SAMPLES_OF_DRAFTS = 8
-"""Largest number of samples per pixel for which the denoiser is fast: a third of its time, with little loss."""
+"""Largest number of samples per pixel for which the denoiser is fast: a third of its time, with little loss. With fewer
+samples than guides have, it takes half the time, and textured walls are as clean as with four times as many samples."""
 SEED = 0
 """Seed of every picture: resting parts do not flicker."""
 BRIGHTEST = 24.0
@@ -164,7 +165,7 @@ def trace(
         radiance, alpha, seen = surfaces.smooth, surfaces.alpha, surfaces.guides
         if glosses.count:
             gloss = _limited(healed(glosses.value[..., :3]), gain)
-            gloss = dimmed(_denoised(gloss, fast=_is_draft(quality)), gain)
+            gloss = dimmed(_denoised(gloss, samples=quality.samples), gain)
             through = filters.value if filters.count else np.ones(3)
             lit = radiance * alpha[..., None] * through + gloss
             alpha = 1 - (1 - alpha) * through.mean(axis=-1)
@@ -188,10 +189,9 @@ def _surfaces(
         gain: Factor that maps a lit white sheet to 1.
         behind: The background, and where it does not show.
     """
-    fast = _is_draft(quality)
     if behind is None:
         noisy = _limited(undimmed(picture[..., :3], picture[..., -1]), gain)
-        smooth = _denoised(noisy, np.clip(guides[..., :3], 0, 1), guides[..., 3:6], fast=fast)
+        smooth = _denoised(noisy, np.clip(guides[..., :3], 0, 1), guides[..., 3:6], samples=quality.samples)
         return Surfaces(noisy, smooth, alpha, guides)
     background, wanted = behind
     still = np.dstack([background.noisy * background.alpha[..., None], background.alpha])
@@ -200,7 +200,8 @@ def _surfaces(
     noisy = _limited(undimmed(picture[..., :3], picture[..., -1]), gain)
     smooth, weight = background.radiance.copy(), faded(wanted)[..., None]
     for part in crops(wanted):
-        shown = _denoised(noisy[part], np.clip(guides[part][..., :3], 0, 1), guides[part][..., 3:6], fast=fast)
+        near = guides[part]
+        shown = _denoised(noisy[part], np.clip(near[..., :3], 0, 1), near[..., 3:6], samples=quality.samples)
         smooth[part] += weight[part] * (shown - smooth[part])
     return Surfaces(noisy, smooth, alpha, guides)
 
@@ -210,10 +211,6 @@ def _put(traced: Array, still: Array, wanted: Mask | None) -> Array:
     if wanted is None:
         return traced
     return np.where(wanted if traced.ndim == wanted.ndim else wanted[..., None], traced, still)
-
-
-def _is_draft(quality: Quality) -> bool:
-    return quality.samples <= SAMPLES_OF_DRAFTS
 
 
 def _edges(few: Array, many: Array) -> Array:
@@ -309,9 +306,15 @@ def _filled(picture: Array, known: NDArray[np.bool_], rings: int) -> Array:
     return picture
 
 
-def _denoised(*pictures: Array, fast: bool) -> Array:
-    """Return the first picture denoised; albedo and normals may follow as guides."""
+def _denoised(*pictures: Array, samples: int) -> Array:
+    """Return the first picture denoised, which has so many samples per pixel; albedo and normals may follow as guides.
+
+    Guides with more samples than the picture count as free of noise, so that it keeps the grain of its surfaces.
+    """
     import mitsuba_oidn as oidn
 
-    quality = oidn.Quality.Fast if fast else oidn.Quality.High
-    return np.array(oidn.denoise(*(np.ascontiguousarray(a, np.float32) for a in pictures), hdr=True, quality=quality))
+    clean = len(pictures) > 1 and samples < GUIDE_SAMPLES
+    draft = oidn.Quality.Balanced if clean else oidn.Quality.Fast
+    quality = draft if samples <= SAMPLES_OF_DRAFTS else oidn.Quality.High
+    arrays = (np.ascontiguousarray(a, np.float32) for a in pictures)
+    return np.array(oidn.denoise(*arrays, hdr=True, clean_aux=clean, quality=quality))
