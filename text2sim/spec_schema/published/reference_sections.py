@@ -161,7 +161,7 @@ SECTIONS = (
         "Measures",
         3,
         measures.Measure,
-        "Numbers over time. If `of` selects several copies, `stat` combines them into one number.",
+        "Numbers over time. `stat` combines several copies; kinds without it take all together.",
         "measures",
         noun="measure",
     ),
