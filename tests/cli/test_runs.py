@@ -118,6 +118,16 @@ def test_a_suite_says_a_line_for_each_case(cli: Cli, case: Path, folder: Path, t
     assert [(row["case"], row["result"]) for row in answer.json["cases"]] == [("fall", "pass")]
 
 
+def test_what_looks_wrong_is_told_of_a_case_that_passes(cli: Cli, case: Path, folder: Path):
+    evidence = json.loads((folder / "evidence.json").read_text())
+    (folder / "evidence.json").write_text(json.dumps(evidence | {"suspicions": ["`ball` is through `floor`"]}))
+    answer = cli("test", case)
+    assert answer.code == 0
+    assert answer.out.splitlines()[1] == "    suspicious: `ball` is through `floor`"
+    assert "suspicious: `ball` is through `floor`" in cli("run", case).out
+    assert cli("run", case, "--json").json["runs"][0]["suspicions"] == ["`ball` is through `floor`"]
+
+
 def test_a_suite_without_cases_is_wrong_input(cli: Cli, case: Path):
     assert cli("test", case, "-k", "nothing").code == 2
     assert cli("test", "nowhere").code == 2

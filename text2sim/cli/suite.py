@@ -72,4 +72,6 @@ def _say_row(word: str, row: "Examined", result: "RunResult | None") -> None:
     for ok, name, words in rows:
         if not ok:
             say(f"    {name}: {words}")
+    for words in result.suspicions:
+        say(f"    suspicious: {words}")
     say_failure(row, result)
