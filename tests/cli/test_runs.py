@@ -118,9 +118,10 @@ def test_a_suite_says_a_line_for_each_case(cli: Cli, case: Path, folder: Path, t
     assert [(row["case"], row["result"]) for row in answer.json["cases"]] == [("fall", "pass")]
 
 
-def test_what_looks_wrong_is_told_of_a_case_that_passes(cli: Cli, case: Path, folder: Path):
-    evidence = json.loads((folder / "evidence.json").read_text())
-    (folder / "evidence.json").write_text(json.dumps(evidence | {"suspicions": ["`ball` is through `floor`"]}))
+def test_what_looks_wrong_is_told_of_a_case_that_passes(
+    cli: Cli, case: Path, folder: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(RunResult, "suspicions", ["`ball` is through `floor`"])
     answer = cli("test", case)
     assert answer.code == 0
     assert answer.out.splitlines()[1] == "    suspicious: `ball` is through `floor`"
