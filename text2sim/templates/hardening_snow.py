@@ -10,8 +10,8 @@ import quadrants as qd
 class HardeningSnow(gs.materials.MPM.Snow):
     """The engine's snow, no stiffer than that sound crosses a cell in a substep.
 
-    Compressed by a part e of its volume, snow is `exp(10 e)` times as stiff: at walls, where it is pressed again and
-    again, thousands of times, and then diverges.
+    Compressed by a part e of its volume, the engine's snow is `exp(10 e)` times as stiff. Where a wall presses it again
+    and again, that is thousands of times, and it diverges.
 
     Args:
         cell: Cell of the grid [m].

@@ -16,10 +16,11 @@ MAX_POINTS = 5_000_000
 LONG_RUN = 1800.0
 """Longest wall time [s] of a run without a warning."""
 SUBSTEP_TIME = {"mpm": 1e-3, "pbd": 1.4e-3, "fem": 5e-3, "sap": 5e-3}
-TIME_PER_POINT = {"mpm": 1.6e-6, "pbd": 1.15e-6, "fem": 1.8e-5, "sap": 1.2e-4}
-"""Wall time [s] of a substep per solver, and per particle or tetrahedron. Fitted to runs on two cores: mpm with
-1.7 to 11.6 thousand particles 3.6 to 17 ms, pbd with 0.6 to 5 thousand 3 to 9 ms, fem with 2.2 to 4.7 thousand
-tetrahedra 47 to 75 ms, under sap with 1 to 4 thousand 95 to 516 ms."""
+TIME_PER_POINT = {"mpm": 1.2e-6, "pbd": 1.15e-6, "fem": 1.8e-5, "sap": 1.2e-4}
+"""Wall time [s] of a substep per solver, and per particle or tetrahedron. Fitted to runs on two cores: mpm with 2.8 to
+17 thousand particles 3.9 to 23 ms (`cases/soft_press`, `squeeze_through`, `falling_letters` and `snow_plough`), pbd
+with 0.6 to 5 thousand 3 to 9 ms, fem with 2.2 to 4.7 thousand tetrahedra 47 to 75 ms, under sap with 1 to 4 thousand
+95 to 516 ms."""
 SAP_PIECE_TIME = 0.04
 """What each convex piece of rigid bodies and statics adds to that under sap [s]. The engine fills it with tetrahedra: a
 box with 330 to 3,100, a sphere with 3,800, each capsule of a ring with 1,400. With 1, 4 and 20 pieces and 209
