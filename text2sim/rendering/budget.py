@@ -13,8 +13,8 @@ CUTS = (
 )  # fmt: skip
 """Successive cuts: factor on width and height, factor on the time between pictures, divisor of the samples per pixel.
 
-Fewer samples show least, since frames are denoised: 8 and 4 differed from 64 by 2.4 and 3.1 of 255 (RMS) in brick_wall,
-by 1.5 and 2.0 in laid_table (benchmarks/film_samples.py). With 2, moving shadows are blotches. Coarse pictures show
+Fewer samples show least, since frames are denoised: 8 and 4 differed from 64 by 2.7 and 3.4 of 255 (RMS) in brick_wall,
+4 by 1.9 in laid_table (benchmarks/film_samples.py). With 2, moving shadows are blotches. Coarse pictures show
 more than few: at 16 pictures a second motion is still smooth, and the textures and edges of 720 pixels are soft.
 """
 FEWEST_SAMPLES = 2
