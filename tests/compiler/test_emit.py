@@ -29,6 +29,7 @@ SOMETIMES = (
     "viscous_liquid.py",
     "solid_walls.py",
     "grid_step.py",
+    "transfers.py",
     "liquid_volume.py",
     "adhesion.py",
     "coils.py",

@@ -10,6 +10,7 @@ import numpy as np
 import quadrants as qd
 from genesis.utils.array_class import GeomsInfo, GeomsState, RigidInfo, SDFInfo
 from solid_walls import surface_at
+from transfers import weights
 
 RELAXATION = 0.3  # s, in which the volume of a particle follows that of its surroundings
 TOLERATED = 0.05  # by which a liquid may be denser: particles are never spread evenly
@@ -55,14 +56,6 @@ def keep_volume(bodies, densities, liquids, every):
 
 
 @qd.func
-def _weights(pos, dx):
-    """Return the first of the 3 x 3 x 3 nodes around a point, its distance from it [cells], and their weights."""
-    base = qd.floor(pos / dx - 0.5).cast(gs.qd_int)
-    away = pos / dx - base.cast(gs.qd_float)
-    return base, away, [0.5 * (1.5 - away) ** 2, 0.75 - (away - 1) ** 2, 0.5 * (away - 0.5) ** 2]
-
-
-@qd.func
 def _in_front(x):
     """Return the part of a node's quadratic B-spline that lies in front of a plane, x cells away."""
     x = qd.min(qd.max(x, -1.5), 1.5)
@@ -96,12 +89,12 @@ def _fill(
     """Set the nodes around particles to the sum of the volumes [m3] there."""
     for i in range(density.shape[0]):
         if flags[f, i, 0].active:
-            base = _weights(particles[f, i, 0].pos, dx)[0]
+            base = weights(particles[f, i, 0].pos / dx)[0]
             for offset in qd.static(qd.grouped(qd.ndrange(3, 3, 3))):
                 filled[base - qd.Vector([x, y, z]) + offset] = 0.0
     for i in range(density.shape[0]):
         if flags[f, i, 0].active:
-            base, _, w = _weights(particles[f, i, 0].pos, dx)
+            base, _, w = weights(particles[f, i, 0].pos / dx)
             for offset in qd.static(qd.grouped(qd.ndrange(3, 3, 3))):
                 weight = w[offset[0]][0] * w[offset[1]][1] * w[offset[2]][2]
                 filled[base - qd.Vector([x, y, z]) + offset] += weight * info[i].mass / density[i]
@@ -157,7 +150,7 @@ def _follow(
                                     walls[k, 3] = distance
                                 elif _along(walls, k, normal) > SAME:
                                     walls[k, 3] = FAR
-            base, away, w = _weights(pos, dx)
+            base, away, w = weights(pos / dx)
             volume, room = 0.0, 0.0
             for offset in qd.static(qd.grouped(qd.ndrange(3, 3, 3))):
                 part = 1.0

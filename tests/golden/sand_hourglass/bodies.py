@@ -6,6 +6,7 @@ import genesis as gs
 from filling import weigh
 from grid_step import skip_far
 from solid_walls import keep_out
+from transfers import transfer_in_turn
 
 HERE = Path(__file__).resolve().parent
 
@@ -53,6 +54,7 @@ def add_bodies(scene):
 def configure(bodies):
     """Apply the settings that need a built scene."""
     skip_far(bodies["sand"].sim)
+    transfer_in_turn(bodies["sand"].sim)
     keep_out(
         [
             bodies["sand"],

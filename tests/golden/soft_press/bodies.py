@@ -6,6 +6,7 @@ import genesis as gs
 from corotated import Corotated
 from filling import weigh
 from grid_step import skip_far
+from transfers import transfer_in_turn
 
 HERE = Path(__file__).resolve().parent
 
@@ -153,3 +154,4 @@ def configure(bodies):
         if limit is not None:
             bodies[name].set_dofs_force_range([-limit] * len(dofs), [limit] * len(dofs), dofs)
     skip_far(bodies["block[0]"].sim)
+    transfer_in_turn(bodies["block[0]"].sim)

@@ -9,6 +9,7 @@ from hardening_snow import HardeningSnow
 from liquid_volume import keep_volume
 from scene import DT
 from solid_walls import keep_out
+from transfers import transfer_in_turn
 
 HERE = Path(__file__).resolve().parent
 
@@ -103,6 +104,7 @@ def add_bodies(scene):
 def configure(bodies):
     """Apply the settings that need a built scene."""
     skip_far(bodies["sand"].sim)
+    transfer_in_turn(bodies["sand"].sim)
     keep_out(
         [
             bodies["sand"],

@@ -6,6 +6,7 @@ import genesis as gs
 from corotated import Corotated
 from filling import weigh
 from grid_step import skip_far
+from transfers import transfer_in_turn
 
 HERE = Path(__file__).resolve().parent
 
@@ -119,3 +120,4 @@ def add_bodies(scene):
 def configure(bodies):
     """Apply the settings that need a built scene."""
     skip_far(bodies["block[0]"].sim)
+    transfer_in_turn(bodies["block[0]"].sim)
