@@ -13,7 +13,7 @@ import genesis as gs
 import numpy as np
 import torch
 from genesis.engine.couplers import SAPCoupler
-from mpm_holds import Carried
+from mpm_holds import Carried, Carrying
 from points import INVERSE, Points, array, assign, choose, each_substep, rotate, tensor
 from two_way_holds import Mutual, carry
 
@@ -163,7 +163,9 @@ class Holds:
 
     def __init__(self, holds, happened=None, gone=frozenset()):
         self.holds, self.happened, self.gone = holds, {} if happened is None else happened, gone
-        self.place = _Placing([hold for hold in holds if isinstance(getattr(hold, "grip", None), _Placed)])
+        grips = [hold.grip for hold in holds if isinstance(hold, Hold)]
+        self.place = _Placing([grip.hold for grip in grips if isinstance(grip, _Placed)])
+        self.carry = Carrying([grip for grip in grips if isinstance(grip, Carried)])
 
     def __call__(self, t):
         """Update the holds before the step that begins at t [s]."""
@@ -180,6 +182,7 @@ class Holds:
             if hold.active:
                 hold.step(t)
         self.place()
+        self.carry()
 
     def report(self):
         """Return the loads of all that can break, as the rows of `Bonds.report`."""

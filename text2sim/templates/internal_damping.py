@@ -3,7 +3,7 @@
 import genesis as gs
 import numpy as np
 import quadrants as qd
-from points import Points
+from points import Points, array
 
 
 class Damping:
@@ -20,23 +20,23 @@ class Damping:
 
     def __init__(self, scene, body, rate):
         self.points, self.lost = Points(body), -np.expm1(-rate * scene.sim.dt)
-        self.range = slice(body.particle_start, body.particle_end)
-        solver = self.points.solver
-        self.free = solver.particles_info.free if self.points.mpm else solver.particles.free
 
     def __call__(self, t):
         """Damp the motion in the step that begins at t [s]."""
-        free = self.free.to_numpy()[self.range].ravel().astype(bool)  # the others are held
         places, velocities = self.points.positions(), self.points.velocities()
         away, relative = places - places.mean(axis=0), velocities - velocities.mean(axis=0)
         # All points have the same mass, which cancels. Points on one line have no inertia about it.
-        inertia = np.eye(3) * np.square(away).sum() - away.T @ away
-        spin = np.linalg.pinv(inertia) @ np.cross(away, relative).sum(axis=0)
-        velocities[free] -= self.lost * (relative - np.cross(spin, away))[free]
-        self.points.set_velocities(velocities)
+        inertia, moments = np.eye(3) * np.square(away).sum() - away.T @ away, away.T @ relative
+        x, y, z = np.linalg.pinv(inertia) @ [moments[k - 2, k - 1] - moments[k - 1, k - 2] for k in range(3)]
+        rotation = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        changes = self.lost * (away @ rotation.T - relative)
+        if not self.points.mpm:
+            changes *= array(self.points.rows(self.points.solver.particles.free))[:, None]  # the others are held
+        self.points.set_velocities(velocities + changes)
         if self.points.mpm:
-            solver, f = self.points.solver, self.points.entity.sim.cur_substep_local
-            _damp_gradients(solver.particles, f, self.range.start, self.range.stop, *spin, 1 - self.lost)
+            entity = self.points.entity
+            first, end, f = entity.particle_start, entity.particle_end, entity.sim.cur_substep_local
+            _damp_gradients(self.points.solver.particles, f, first, end, x, y, z, 1 - self.lost)
 
 
 @qd.kernel

@@ -37,7 +37,7 @@ class Carried:
         self.hold, self.solver = hold, hold.points.solver
 
     def begin(self):
-        """Act after every substep from now on."""
+        """Find the rows of the particles, which `Carrying` uses from now on."""
         hold = self.hold
         numbers = hold.chosen + hold.points.entity.particle_start
         own, share = hold.points.masses[hold.chosen], np.zeros(len(numbers))
@@ -53,14 +53,6 @@ class Carried:
             torch.as_tensor(numbers, dtype=gs.tc_int), torch.as_tensor(holders, dtype=gs.tc_int), tensor(hold.local),
             tensor(own), tensor(share), tensor(pull), tensor(np.zeros((len(numbers), 3))),
         )  # fmt: skip
-        settle, links = self.solver.substep_post_coupling, hold.rigid.dyn_state.links
-
-        def carried(f):
-            settle(f)
-            if hold.active:
-                _carry(self.solver.particles, *self.rows, f + 1, hold.h, links)
-
-        self.solver.substep_post_coupling = carried
 
     def step(self):
         """Do nothing: substeps do it."""
@@ -69,6 +61,33 @@ class Carried:
         """Let go of some of the particles, given as a mask."""
         kept = torch.as_tensor(np.flatnonzero(~gone))
         self.rows = tuple(row[kept] for row in self.rows)
+
+
+class Carrying:
+    """Carries the particles of many holds with one kernel, since kernels for each hold add up."""
+
+    def __init__(self, grips):
+        self.grips, self.counts, self.rows = grips, [], None
+        if grips:
+            hold, settle = grips[0].hold, grips[0].solver.substep_post_coupling
+
+            def carried(f):
+                settle(f)
+                if self.rows is not None:
+                    _carry(grips[0].solver.particles, *self.rows, f + 1, hold.h, hold.rigid.dyn_state.links)
+
+            grips[0].solver.substep_post_coupling = carried
+
+    def __call__(self):
+        """Gather the rows of the active holds if some have begun, or let go of particles, since the last step."""
+        counts = [len(grip.hold.chosen) if grip.hold.active else 0 for grip in self.grips]
+        if counts != self.counts:
+            self.counts, active = counts, [grip for grip in self.grips if grip.hold.active]
+            self.rows = [torch.cat(column) for column in zip(*(grip.rows for grip in active), strict=True)] or None
+            # Holds keep parts of the same memory: `_carry` changes what is owed.
+            parts = [row.split([count for count in counts if count]) for row in self.rows or ()]
+            for k, grip in enumerate(active):
+                grip.rows = [part[k] for part in parts]
 
 
 def _share(masses, arms, along, about):

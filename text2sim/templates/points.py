@@ -6,6 +6,7 @@ A point is a particle (mpm, pbd) or a vertex (fem). All values are in SI units; 
 import genesis as gs
 import numpy as np
 import torch
+from genesis.utils.misc import qd_to_torch
 
 INVERSE = np.array([1.0, -1.0, -1.0, -1.0])
 STRAIGHT = 0.05
@@ -28,19 +29,32 @@ class Points:
 
     def positions(self):
         """Return the current positions [m], (n, 3)."""
-        return array(self.entity.get_state().pos[0] if self.fem else self.entity.get_particles_pos())
+        return array(self.entity.get_state().pos[0] if self.fem else self.rows(self.solver.particles.pos))
 
     def velocities(self):
         """Return the current velocities [m/s], (n, 3)."""
-        return array(self.entity.get_state().vel[0] if self.fem else self.entity.get_particles_vel())
+        return array(self.entity.get_state().vel[0] if self.fem else self.rows(self.solver.particles.vel))
 
     def set_velocities(self, velocities):
         """Set the velocities of all points [m/s], (n, 3)."""
         if self.fem:
             # `set_velocity` would take effect only in the next step, and warn every time.
             self.entity.set_vel(self.entity.sim.cur_substep_local, tensor(velocities)[None])
+        elif gs.use_zerocopy:
+            self.rows(self.solver.particles.vel)[:] = tensor(velocities)
         else:
             self.entity.set_particles_vel(tensor(velocities))
+
+    def rows(self, field):
+        """Return the rows of the body in a field of the solver's particles, (n, …).
+
+        These are the engine's own values if `gs.use_zerocopy`, and a copy otherwise. Reading and writing them by the
+        engine's methods takes ten times as long.
+        """
+        values = qd_to_torch(field)
+        if self.mpm:
+            values = values[self.entity.sim.cur_substep_local]
+        return values[self.entity.particle_start : self.entity.particle_end, 0]
 
     def set_gradient(self, gradient):
         """Set the velocity gradient that all particles of an mpm body carry [1/s], (3, 3)."""
