@@ -44,6 +44,22 @@ def expecting(measure: str, expect: str) -> str:
     return script(measure, expect=f"e: {{measure: m, {expect}}}")
 
 
+def test_a_difference_says_why_it_is_bounded(tmp_path: Path) -> None:
+    scale = """\
+bodies:
+  pan: {kind: rigid, shape: {kind: box, size: [1, 1, 0.1]}, pose: {pos: [0, 0, 1]},
+    mount: {kind: slider, axis: z, actuator: {stiffness: 1000, damping: 10}}}
+actions:
+  measures:
+    load: {kind: joint_force, of: pan, so_far: max}
+    least: {kind: joint_force, of: pan, so_far: min}
+    more: {kind: difference, measures: [load, least]}
+  expect: {loaded: {measure: more, at: end, above: 5}}
+"""
+    (found,) = findings(tmp_path, "cannot-hold", scale)
+    assert "`load` (no control drives this joint, so its motor gives no force)" in found.message
+
+
 @pytest.mark.parametrize(
     ("measure", "expect"),
     [

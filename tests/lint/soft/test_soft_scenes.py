@@ -377,3 +377,18 @@ def test_under_sap_a_depth_is_that_of_what_deforms(tmp_path, sides, unseen):
     measure = f"actions: {{measures: {{deep: {{kind: penetration, {sides}}}}}}}"
     found = findings(tmp_path, "unseen-contacts", bodies, measure)
     assert [problem.path for problem in found] == ["/actions/measures/deep/kind"] * unseen
+
+
+BOUNDED = """\
+scene:
+  mpm: {bounds: {min: [-0.5, -0.5, 0], max: [0.5, 0.5, 1.5]}}
+  statics:
+    bench: {shape: {kind: box, size: [0.8, 0.8, 0.1]}, pose: {pos: [%s, 0, 0.4]}}
+bodies:
+  jelly: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.6]}}
+"""
+
+
+@pytest.mark.parametrize(("x", "floats"), [(0, False), (0.9, True)])
+def test_what_stands_on_a_bench_does_not_rest_on_the_bounds(tmp_path: Path, x: float, floats: bool) -> None:
+    assert bool(findings(tmp_path, "floats-on-bounds", BOUNDED % x)) == floats

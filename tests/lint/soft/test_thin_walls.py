@@ -120,3 +120,18 @@ bodies:
   a: {{kind: liquid, cell: 0.02, shape: {{kind: box, size: [0.2, 0.2, 0.2]}}, pose: {{pos: [0, 0, 0.12]}}}}
 """
     expect_words(tmp_path, "thin-wall", "", pool)
+
+
+@pytest.mark.parametrize(("target", "says"), [("0", ""), ("-0.03", "a motor moves it")])
+def test_a_motor_that_only_holds_a_tray_presses_on_nothing(tmp_path: Path, target: str, says: str) -> None:
+    tray = f"""\
+bodies:
+  tray:
+    kind: rigid
+    shape: {{kind: box, size: [0.3, 0.3, 0.028]}}
+    mount: {{kind: slider, axis: z, actuator: {{stiffness: 1.0e+5, damping: 1000}}}}
+    pose: {{pos: [0, 0, 0.05]}}
+  a: {{kind: soft, cell: 0.02, shape: {{kind: box, size: [0.2, 0.2, 0.2]}}, pose: {{pos: [0, 0, 0.18]}}}}
+actions: {{controls: {{weigh: {{kind: drive, joint: tray, position: {target}}}}}}}
+"""
+    expect_words(tmp_path, "thin-wall", says, tray)

@@ -54,6 +54,13 @@ class Span:
         values = [value for _, value in self.corners()]
         return min(values), max(values)
 
+    @property
+    def moves(self) -> bool:
+        """Whether it asks for any motion or force."""
+        if self.mode == "position":
+            return len({self.before, *self.extremes()}) > 1
+        return self.extremes() != (0.0, 0.0)
+
 
 @dataclass(frozen=True)
 class Demand:

@@ -64,9 +64,9 @@ def _floor_of_space(facts: Facts) -> Iterator[Problem]:
     for solver, (low, _), pad in _spaces(facts):
         level = low[2] + pad
         for ground in soft.planes:
-            if ground.up[2] < 0.999 or not any(soft.meets_plane(body, ground) for body in soft.of(solver)):
+            if ground.up[2] < 0.999 or level <= ground.level + 1e-6:
                 continue
-            if level > ground.level + 1e-6:
+            if any(soft.meets_plane(body, ground) and not _carried(facts, body, level) for body in soft.of(solver)):
                 text = (
                     f"scene.{solver}.bounds begin at z {low[2]:g}"
                     + (f", and the {PADDING} cells ({length(pad)}) above are its wall" if pad else "")
@@ -74,6 +74,17 @@ def _floor_of_space(facts: Facts) -> Iterator[Problem]:
                     f"{ground.level - pad:.4g} or lower"
                 )
                 yield facts.problem("floats-on-bounds", ("scene", solver, "bounds"), text, key=True)
+
+
+def _carried(facts: Facts, body: SoftBody, level: float) -> bool:
+    """Return whether something at rest, whose top is above a level [m], lies under the whole body at the start."""
+    tops = [facts.box(copy) for copy in facts.once(SoftFacts).rigid if not facts.moves(copy)]
+    low, high = body.box
+    return any(
+        level <= top[1][2] <= low[2] and all(top[0][k] <= low[k] and high[k] <= top[1][k] for k in (0, 1))
+        for top in tops
+        if top is not None
+    )
 
 
 def _leaving(facts: Facts) -> Iterator[Problem]:

@@ -9,6 +9,7 @@ from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.soft.scales import thickness
 from text2sim.compiler.soft.solvers import holds_up, unfelt_links
 from text2sim.lint.facts import Facts
+from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftBody, SoftFacts
 from text2sim.lint.words import length, length_of_at_least
@@ -129,14 +130,15 @@ def _wanted_cells(facts: Facts, copy: Copy, body: Any) -> tuple[float, str, str]
         one.kind for one in facts.plan.deformables.values() if one.solver == "mpm"
     )
     moved = "it is driven" if mount == "driven" else "a motor moves it"
-    if mount == "driven" or any(motor.entity == copy.name for motor in facts.plan.motors):
+    spans = [span for (name, _), some in spans_of(facts).items() if name == copy.name for span in some]
+    if mount == "driven" or any(span.moves for span in spans):
         if getattr(body.material, "tear_stretch", None) is not None:
             least, more = CUTTING_CELLS
             return least + more * (body.material.tear_stretch - 1), moved, CLOSES
         if held_up and mount != "driven":
             return MOVED_CELLS, moved, then
         return PUSHING_CELLS if body.kind in FLOWING else LOADED_WALL_CELLS, moved, then
-    if not facts.moves(copy):
+    if not facts.moves(copy) or spans:  # motors that only hold it
         if body.kind in FLOWING:
             if any(not _is_post(part.piece) for part in facts.parts(copy)):
                 return HELD_UP_CELLS if held_up else HOLDING_CELLS, "the grid does not see thinner walls", SINKS
