@@ -44,6 +44,12 @@ def test_a_long_answer_is_mended_by_what_changes(tmp_path: Path) -> None:
     assert seen[-1] == {"n": 3, "kept": "x" * 2_500, "inner": {"stays": 2, "new": [4]}}
 
 
+def test_changes_may_leave_out_the_one_key_of_an_answer(tmp_path: Path) -> None:
+    long = f"render: {{n: three, kept: {'x' * 2_500}}}"
+    model = Scripted({"critic": [fenced(long), fenced("changes: {n: 3}")]})
+    assert chat(tmp_path, model).ask("critic", "s", "q", lambda data: number(data["render"])) == 3
+
+
 def test_a_rewritten_expectation_keeps_nothing_of_the_old_one() -> None:
     old = {"checks": {"expect": {"lifts": {"measure": "rise", "on": "struck", "at": 1, "above": 0.1}, "rests": 1}}}
     whole = {"checks": {"expect": {"lifts": {"measure": "rise", "during": [2, 3], "above": 0.1}}}}

@@ -155,7 +155,7 @@ class Conversation:
                     messages += [Message("assistant", _echo(reply)), Message("user", pages)]
                     continue
                 if isinstance(before, dict) and isinstance(data, dict) and set(data) == {CHANGES_KEY}:
-                    data = apply_merge_patch(before, data[CHANGES_KEY])
+                    data = _corrected(before, data[CHANGES_KEY])
                 before = data
                 return read(data)
             except ReplyError as error:
@@ -287,6 +287,13 @@ def _models_in(kind: Any) -> list[type[BaseModel]]:
     if isinstance(kind, type) and issubclass(kind, BaseModel):
         return [kind]
     return [model for part in get_args(kind) for model in _models_in(part)]
+
+
+def _corrected(before: dict[str, Any], changes: Any) -> Any:
+    """Return a refused answer with changes, which may leave out its one key."""
+    if len(before) == 1 and isinstance(changes, dict) and not set(before) & set(changes):
+        changes = {next(iter(before)): changes}
+    return apply_merge_patch(before, changes)
 
 
 def apply_merge_patch(data: Any, changes: Any) -> Any:

@@ -67,7 +67,8 @@ class Overlay(Model):
     time: Bool = False
     """Show the simulated time, and the speed where it is not 1."""
     values: Annotated[list[Name], Field(max_length=4)] = Field(default_factory=list)
-    """Measures whose current value is shown. Path traced only, because the preview is made before the run is judged."""
+    """Measures whose current value is shown, four at most. Path traced only, because the preview is made before the
+    run is judged."""
     inset: Bool = False
     """Keep the first picture in a corner for comparison."""
 
