@@ -264,7 +264,9 @@ def test_copies_are_held_one_by_one_or_as_they_say():
 @pytest.fixture(scope="module")
 def points():
     """The module of the program, without the engine."""
-    return load_module("points", genesis=ModuleType("genesis"), torch=ModuleType("torch"))
+    engine = {name: ModuleType(name) for name in ("genesis", "genesis.utils", "genesis.utils.misc", "torch")}
+    engine["genesis.utils.misc"].qd_to_torch = None  # type: ignore[attr-defined]
+    return load_module("points", **engine)
 
 
 GRID = np.stack(np.meshgrid(*[np.linspace(0, 1, 11)] * 2, [0.0]), axis=-1).reshape(-1, 3)
