@@ -72,5 +72,5 @@ def test_the_engine_adds_atomically_and_comes_to_the_same(trial, warm_engine):
     for body in BODIES:
         ours, theirs = rows(trial.states, body)[0], rows(again, body)[0]
         assert not np.array_equal(ours, theirs)
-        assert np.abs(ours - theirs)[:4].max() < 3e-6
+        assert np.abs(ours - theirs)[:4].max() < 1e-6
         assert np.abs((ours - theirs).mean(axis=1)).max() < 0.01 * 0.02

@@ -290,9 +290,11 @@ def _models_in(kind: Any) -> list[type[BaseModel]]:
 
 
 def _corrected(before: dict[str, Any], changes: Any) -> Any:
-    """Return a refused answer with changes, which may leave out its one key."""
-    if len(before) == 1 and isinstance(changes, dict) and not set(before) & set(changes):
-        changes = {next(iter(before)): changes}
+    """Return a refused answer with changes, which may leave out the one key of a section."""
+    if len(before) == 1 and isinstance(changes, dict):
+        key, section = next(iter(before.items()))
+        if isinstance(section, dict) and key not in changes:
+            changes = {key: changes}
     return apply_merge_patch(before, changes)
 
 

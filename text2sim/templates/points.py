@@ -48,8 +48,7 @@ class Points:
     def rows(self, field):
         """Return the rows of the body in a field of the solver's particles, (n, …).
 
-        These are the engine's own values if `gs.use_zerocopy`, and a copy otherwise. Reading and writing them by the
-        engine's methods takes ten times as long.
+        These are the engine's own values if `gs.use_zerocopy`, and a copy otherwise; the engine's methods always copy.
         """
         values = qd_to_torch(field)
         if self.mpm:

@@ -87,10 +87,8 @@ class _Transfers:
         self.mpm.grid[f, node, 0].vel_in = self.mpm.grid[f, node, 0].vel_in + momentum
         if before == 0.0 and self.mpm.grid_dirty_flag[node] == 0:
             self.mpm.grid_dirty_flag[node] = 1
-            number = self.mpm.grid_dirty_count[0]
-            self.mpm.grid_dirty_list[number] = (node[0] * self.mpm._grid_res[1] + node[1]) * self.mpm._grid_res[
-                2
-            ] + node[2]
+            number, ny, nz = self.mpm.grid_dirty_count[0], self.mpm._grid_res[1], self.mpm._grid_res[2]
+            self.mpm.grid_dirty_list[number] = (node[0] * ny + node[1]) * nz + node[2]
             self.mpm.grid_dirty_count[0] = number + 1
 
     @qd.kernel

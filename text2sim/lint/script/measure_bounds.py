@@ -112,7 +112,7 @@ def _of_two(facts: Facts, pair: Any) -> Values:
     if pair.kind == "difference":
         start = a.start - b.start if a.start is not None and b.start is not None else None
         named = zip(pair.measures, (a.why, b.why), strict=True)
-        parts = dict.fromkeys(f"`{name}`" + (f" ({why})" if why else "") for name, why in named)
+        parts = (f"`{name}` ({why})" if why else f"`{name}`" for name, why in named)
         why = f"it follows from the bounds of {' and '.join(parts)}"
         return Values(a.low - b.high, a.high - b.low, why, start, a.error + b.error, unit=a.unit)
     if a.start is None or b.start is None or abs(b.start) <= b.error:

@@ -78,12 +78,16 @@ def _floor_of_space(facts: Facts) -> Iterator[Problem]:
 
 def _carried(facts: Facts, body: SoftBody, level: float) -> bool:
     """Return whether something at rest, whose top is above a level [m], lies under the whole body at the start."""
-    tops = [facts.box(copy) for copy in facts.once(SoftFacts).rigid if not facts.moves(copy)]
-    low, high = body.box
+    (left, front, bottom), (right, back, _) = body.box
+    boxes = (facts.box(copy) for copy in facts.once(SoftFacts).rigid if not facts.moves(copy))
     return any(
-        level <= top[1][2] <= low[2] and all(top[0][k] <= low[k] and high[k] <= top[1][k] for k in (0, 1))
-        for top in tops
-        if top is not None
+        box is not None
+        and level <= box[1][2] <= bottom
+        and box[0][0] <= left
+        and right <= box[1][0]
+        and box[0][1] <= front
+        and back <= box[1][1]
+        for box in boxes
     )
 
 

@@ -97,7 +97,7 @@ class Drive(Acting):
     """A target for a joint's actuator, until another drive of the same joint begins.
 
     A drive begins at the `start` or first time of its target. Before the first begins, the actuator holds the start
-    position, zero velocity, or zero force; that of a joint without any drive gives none.
+    position, zero velocity, or zero force. The actuator of a joint without any drive does nothing.
     """
 
     kind: Literal["drive"]
