@@ -29,6 +29,8 @@ SOMETIMES = (
     "viscous_liquid.py",
     "solid_walls.py",
     "grid_step.py",
+    "singular_values.py",
+    "threads.py",
     "transfers.py",
     "liquid_volume.py",
     "adhesion.py",

@@ -65,6 +65,20 @@ for name, (theirs, ours, part) in PAIRS.items():
     found = {key: getattr(laws, key).to_numpy() for key in ("gradients", "stresses", "Jp")}
     np.savez(f"{sys.argv[2]}/{name}.npz", **found)
 
+from singular_values import decomposed
+
+U, S, V = (qd.Matrix.field(3, 3, dtype=gs.qd_float, shape=len(F)) for _ in range(3))
+
+@qd.kernel
+def decompose(F: qd.template()):
+    for i in F:
+        U[i], S[i], V[i] = decomposed(F[i])
+
+F[:3] = np.diag([1.0, 1e-9, 0.0]), np.diag([0.0, 0.0, 2.0]), np.zeros((3, 3))
+laws.F.from_numpy(F)
+decompose(laws.F)
+np.savez(f"{sys.argv[2]}/decomposed.npz", F=F, U=U.to_numpy(), S=S.to_numpy(), V=V.to_numpy())
+
 one, other, softer = Corotated(**E), Corotated(**E), Corotated(E=2e4, nu=0.3)
 from engine import mend
 assert one != other
@@ -124,3 +138,17 @@ def test_a_law_gives_the_gradients_and_stresses_of_the_engine(compared, law):
         assert np.abs((ours - theirs) / scale).max() < 2e-6, key
         if law != "viscous":  # whose volume has a root
             assert np.isfinite(found[key][1]).all(), key
+
+
+def test_singular_values_are_those_of_numpy(compared):
+    """F = U S Vᵀ with rotations U and V, also of what is flat; the least value has the sign of the determinant."""
+    found = np.load(compared / "decomposed.npz")
+    F, U, S, V = found["F"], found["U"], found["S"], found["V"]
+    for turn in (U, V):
+        assert np.allclose(turn.transpose(0, 2, 1) @ turn, np.eye(3), atol=1e-9)
+        assert np.allclose(np.linalg.det(turn), 1.0)
+    assert np.allclose(U @ S @ V.transpose(0, 2, 1), F, atol=1e-9)
+    values = np.linalg.svd(F, compute_uv=False)
+    assert (np.linalg.det(F) < 0).any()
+    values[:, 2] *= np.where(np.linalg.det(F) < 0, -1.0, 1.0)
+    assert np.allclose(np.sort(S[:, [0, 1, 2], [0, 1, 2]]), np.sort(values), atol=1e-9)

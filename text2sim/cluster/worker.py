@@ -29,6 +29,7 @@ class Worker:
         from text2sim.runtime.program import run_program
         from text2sim.runtime.warm_runner import WarmRunner
 
+        os.environ.setdefault("QD_NUM_THREADS", "1")  # the others need the other cores
         self._warm = WarmRunner(folder) if warm else None
         self._runner = self._warm or run_program
         self.stop = Stop()

@@ -134,7 +134,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
     copied += ["internal_damping.py"] if context["dampings"] else []
     copied += ["gas.py"] if context["gases"] else []
     copied += ["flows.py"] if context["streams"] else []
-    copied += ["grid_step.py", "transfers.py"] if context["masses"] else []
+    copied += ["grid_step.py", "singular_values.py", "threads.py", "transfers.py"] if context["masses"] else []
     copied += ["solid_walls.py"] if context["flowing"] or context["adhesions"] else []
     copied += ["liquid_volume.py"] if context["liquids"] else []
     copied += ["adhesion.py"] if context["adhesions"] else []

@@ -4,6 +4,7 @@ from typing import Any
 
 import genesis as gs
 import quadrants as qd
+from singular_values import decomposed
 
 MIN_VOLUME_RATIO = 0.02
 """Ratio of volumes below which, as for what is inside out, the decomposition is used after all."""
@@ -31,7 +32,7 @@ def rotation(gradient):
                 result += step
                 moved = step.norm_sqr()
     else:
-        left, _, right = qd.svd(gradient, gs.qd_float)
+        left, _, right = decomposed(gradient)
         result = left @ right.transpose()
     return result
 

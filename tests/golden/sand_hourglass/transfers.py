@@ -1,20 +1,22 @@
 """Transfers between the particles of mpm and their grid, for one processor.
 
 Genesis 1.4.5 adds what particles bring to the grid atomically, for threads that it does not have on a processor: that
-takes half of the time of a soft body. These transfers add in turn, and a row of nodes at a time; results differ by
-rounding alone.
+takes half of the time of a soft body. These transfers add in turn, and a row of nodes at a time. What a particle does
+by itself runs on spare threads. Results differ by rounding alone.
 """
 
 import genesis as gs
 import quadrants as qd
+from singular_values import decomposed
+from threads import Threads
 
 
 def transfer_in_turn(sim):
     """Let the built simulator use these transfers, unless it runs on a GPU."""
     if gs.backend == gs.cpu:
         transfers = _Transfers(sim.mpm_solver)
-        sim.mpm_solver.substep_pre_coupling = transfers.to_grid
-        sim.mpm_solver.g2p = lambda f, *_: transfers.to_particles(f)
+        sim.mpm_solver.substep_pre_coupling = transfers.before_coupling
+        sim.mpm_solver.g2p = transfers.after_coupling
 
 
 @qd.func
@@ -34,11 +36,46 @@ class _Transfers:
     """The transfers of MLS-MPM (Hu et al., 2018) for one environment."""
 
     def __init__(self, mpm):
-        self.mpm = mpm
+        self.mpm, self.threads = mpm, Threads(mpm._n_particles)
+        self.plastic = {material.idx for material in mpm._materials if material.needs_svd}
+        self.stress = qd.Matrix.field(3, 3, gs.qd_float, shape=mpm._n_particles)
+
+    def before_coupling(self, f):
+        """Deform the particles, and fill the grid."""
+        with self.threads:
+            self.deform(f)
+        self.to_grid(f)
+
+    def after_coupling(self, f, *_):
+        """Move the particles."""
+        with self.threads:
+            self.to_particles(f)
+
+    @qd.kernel
+    def deform(self, f: qd.i32):
+        """Let the deformation gradients follow the velocity gradients, and note the stress [Pa]."""
+        identity = qd.Matrix.identity(gs.qd_float, 3)
+        for p in range(self.mpm._n_particles):
+            if self.mpm.particles_ng[f, p, 0].active:
+                F_tmp = (identity + self.mpm.substep_dt * self.mpm.particles[f, p, 0].C) @ self.mpm.particles[f, p, 0].F
+                J, Jp, actu = F_tmp.determinant(), self.mpm.particles[f, p, 0].Jp, self.mpm.particles[f, p, 0].actu
+                for m in qd.static(self.mpm._materials_idx):
+                    if self.mpm.particles_info[p].material_idx == m:
+                        U, S, V = identity, identity, identity
+                        if qd.static(m in self.plastic):
+                            U, S, V = decomposed(F_tmp)
+                        F, S_new, Jp_new = self.mpm._materials_update_F_S_Jp[m](J=J, F_tmp=F_tmp, U=U, S=S, V=V, Jp=Jp)
+                        self.stress[p] = self.mpm._materials_update_stress[m](
+                            U=U, S=S_new, V=V, F_tmp=F_tmp, F_new=F, J=J, Jp=Jp, actu=actu,
+                            m_dir=self.mpm.particles_info[p].muscle_direction,
+                        )  # fmt: skip
+                        self.mpm.particles[f + 1, p, 0].F = F
+                        self.mpm.particles[f + 1, p, 0].Jp = Jp_new
+                self.mpm.particles[f + 1, p, 0].actu = actu
 
     @qd.kernel
     def to_grid(self, f: qd.i32):
-        """Deform the particles, and add their mass and momentum to the nodes, which are listed."""
+        """Add the mass and momentum of the particles to the nodes, which are listed."""
         qd.loop_config(serialize=True)
         for p in range(self.mpm._n_particles):
             if self.mpm.particles_ng[f, p, 0].active:
@@ -47,7 +84,7 @@ class _Transfers:
                 first, away, w = weights(at)
                 # Stress acts like a velocity gradient: both change momentum in proportion to the distance.
                 force = -self.mpm.substep_dt * self.mpm._particle_volume * 4 * self.mpm._inv_dx
-                slope = force * self._deformed(f, p) + mass * self.mpm._dx * C
+                slope = force * self.stress[p] + mass * self.mpm._dx * C
                 momentum = mass * self.mpm.particles[f, p, 0].vel - slope @ away
                 node = first - self.mpm._grid_offset
                 for i, j in qd.static(qd.ndrange(3, 3)):
@@ -56,28 +93,6 @@ class _Transfers:
                     for k in qd.static(range(3)):
                         self._add(f, node + qd.Vector([i, j, k]), w[k][2] * share * mass, w[k][2] * brought)
                         brought += share * slope[:, 2]
-
-    @qd.func
-    def _deformed(self, f, p):
-        """Return the stress of a particle [Pa], whose deformation gradient follows its velocity gradient."""
-        identity = qd.Matrix.identity(gs.qd_float, 3)
-        F_tmp = (identity + self.mpm.substep_dt * self.mpm.particles[f, p, 0].C) @ self.mpm.particles[f, p, 0].F
-        U, S, V = identity, identity, identity
-        if qd.static(self.mpm.needs_svd):
-            U, S, V = qd.svd(F_tmp, gs.qd_float)
-        J, Jp, actu = F_tmp.determinant(), self.mpm.particles[f, p, 0].Jp, self.mpm.particles[f, p, 0].actu
-        stress, F_new, S_new, Jp_new = 0.0 * identity, F_tmp, S, Jp
-        for m in qd.static(self.mpm._materials_idx):
-            if self.mpm.particles_info[p].material_idx == m:
-                F_new, S_new, Jp_new = self.mpm._materials_update_F_S_Jp[m](J=J, F_tmp=F_tmp, U=U, S=S, V=V, Jp=Jp)
-                stress = self.mpm._materials_update_stress[m](
-                    U=U, S=S_new, V=V, F_tmp=F_tmp, F_new=F_new, J=J, Jp=Jp, actu=actu,
-                    m_dir=self.mpm.particles_info[p].muscle_direction,
-                )  # fmt: skip
-        self.mpm.particles[f + 1, p, 0].F = F_new
-        self.mpm.particles[f + 1, p, 0].Jp = Jp_new
-        self.mpm.particles[f + 1, p, 0].actu = actu
-        return stress
 
     @qd.func
     def _add(self, f, node, mass, momentum):

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import genesis as gs
 from engine import mend
+from threads import spare_threads
 
 HERE = Path(__file__).resolve().parent
 DT = 0.01  # time step [s]
@@ -15,7 +16,8 @@ MAX_SPEED = 20.0  # the run has diverged if a body is faster [m/s]
 def start_engine(backend):
     """Start the engine. Call once per process."""
     mend()
-    gs.init(backend=backend, precision="32", seed=0, logging_level="warning")
+    with spare_threads():
+        gs.init(backend=backend, precision="32", seed=0, logging_level="warning")
 
 
 def make_scene(vis_options=None):

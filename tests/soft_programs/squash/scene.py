@@ -2,6 +2,7 @@
 
 import genesis as gs
 from engine import mend
+from threads import spare_threads
 
 DT = 0.01  # time step [s]
 STEPS = 50  # 0.5 s of simulated time
@@ -12,7 +13,8 @@ MAX_SPEED = 30.0  # the run has diverged if a body is faster [m/s]
 def start_engine(backend):
     """Start the engine. Call once per process."""
     mend()
-    gs.init(backend=backend, precision="32", seed=0, logging_level="warning")
+    with spare_threads():
+        gs.init(backend=backend, precision="32", seed=0, logging_level="warning")
 
 
 def make_scene(vis_options=None):
